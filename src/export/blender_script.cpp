@@ -5,14 +5,14 @@
 
 namespace pilesim {
 
-extern const char* const kBlenderScript;  // blender_import.py, by CMake
+extern const char* const kBlenderScript;  // blender_import.py, embedded by CMake
 
 void write_blender_script(const std::string& data, ExportForm form, ExportFile& file) {
-  // The one line of the script that is of an export.
+  // The only line of the script that depends on the export.
   const std::string settings = "DATA, FORM = \"pile.npz\", \"objects\"\n";
   std::string script = kBlenderScript;
   const std::string name = form == ExportForm::objects ? "objects" : "instances";
-  // JSON's strings are Python's.
+  // JSON strings are valid Python strings.
   script.replace(script.find(settings), settings.size(),
                  "DATA, FORM = " + nlohmann::json(data).dump() + ", \"" + name + "\"\n");
   file.write(script);

@@ -10,7 +10,7 @@ namespace {
 
 // RFC 4180.
 std::string quoted(const std::string& name) {
-  // Spreadsheets take what begins so for a formula, and what follows an apostrophe for text.
+  // Spreadsheets read cells that begin like this as formulas, but not after an apostrophe.
   const bool is_formula = !name.empty() && std::string_view("=+-@").find(name[0]) != name.npos;
   if (!is_formula && name.find_first_of(",\"\r\n") == name.npos) return name;
   std::string text = is_formula ? "\"'" : "\"";

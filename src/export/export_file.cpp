@@ -13,7 +13,7 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kBufferBytes = size_t{1} << 20;
-// All are open at once, and systems allow 1,024.
+// All files are open at once, and systems allow 1,024.
 constexpr size_t kMostFiles = 900;
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Files that are written from front to back in pieces and appear under their names when all is
-// whole.
+// Files written sequentially in pieces; they appear under their names once all are complete.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +17,7 @@ namespace pilesim {
 
 class ExportFile {
  public:
-  // Throws Error(io), as all of it does.
+  // Throws Error(io), as all members do.
   explicit ExportFile(const std::filesystem::path& path) : path_(path), file_(path) {}
 
   void write(std::string_view text);
@@ -26,7 +25,7 @@ class ExportFile {
   void write_values(std::span<const Value> values) {
     write({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
   }
-  // Writes over what is at `place`, all of which was written.
+  // Overwrites bytes at `place` that are already written.
   void patch(uint64_t place, std::string_view text);
   const std::filesystem::path& path() const { return path_; }
   uint64_t size() const { return flushed_ + buffer_.size(); }
@@ -41,16 +40,16 @@ class ExportFile {
   uint64_t flushed_ = 0;
 };
 
-// The files that one export writes. The first file is the one that people open.
+// The files of one export. The first one is the one that people open.
 class ExportFiles {
  public:
-  // `force`: replace files that are there.
+  // `force`: replace existing files.
   explicit ExportFiles(bool force) : force_(force) {}
 
-  // Throws as claim_output_file() does, and Error(usage) where there are too many.
+  // Throws as claim_output_file() does, and Error(usage) if there are too many.
   ExportFile& add(const std::filesystem::path& path);
   ExportFile& operator[](size_t i) { return *files_[i]; }
-  // Gives them their names, the first one last. Call once.
+  // Renames them to their final names, the first one last. Call it once.
   void finish();
   std::vector<std::pair<std::filesystem::path, uint64_t>> sizes() const;  // bytes
 

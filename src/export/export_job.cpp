@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Above it programs that people work with become slow where each body is an object.
+// With more objects, one per body, typical programs become slow.
 constexpr size_t kMostObjects = 1000;
 
 constexpr char kVatEnding[] = ".vat.glb";

@@ -40,7 +40,7 @@ ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m) {
   mesh.radius_m = split.radius_m;
   CornerMesh told = make_corner_mesh(drawn.vertices, drawn.triangles);
   mesh.normals = std::move(told.normals);
-  // Its positions may yet be 0 and -0.
+  // The positions may still contain both 0 and -0.
   std::map<std::array<float, 3>, uint32_t> place;
   std::vector<uint32_t> point_of;
   for (const Vec3f& p : told.positions) {

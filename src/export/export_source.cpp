@@ -20,11 +20,11 @@
 namespace pilesim {
 namespace {
 
-// Planes end where nothing is: farther off than anything was, but not where one body fell for ever.
-constexpr float kPlaneReaches = 2;  // of the farthest place of a body
+// Planes extend beyond all bodies, but not as far as one that fell for ever.
+constexpr float kPlaneReaches = 2;  // relative to the farthest position of a body
 constexpr float kLeastPlane_m = 1, kMostPlane_m = 1000;
-// Emitters may draw roughness and clear coat for each body, which then would share its material
-// with no other: more pairs than these are rounded.
+// Emitters may sample roughness and clear coat per body, so that each would need its own material:
+// more than this many pairs are rounded.
 constexpr size_t kMostGlosses = 64;
 constexpr float kRoughnessSteps = 10, kCoatSteps = 5;
 
@@ -118,7 +118,7 @@ void ExportSource::choose_bodies() {
 
 void ExportSource::find_changes() {
   TrajectoryFrame before, now;
-  Bounds bounds, solid;  // of all, and of what is no plane; m, world
+  Bounds bounds, solid;  // of all, and of all but planes; m, world
   std::vector<uint8_t> seen(bodies_.size());
   for (size_t k = 0; k < frame_count(); ++k) {
     std::swap(before, now);

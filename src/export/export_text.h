@@ -1,4 +1,4 @@
-// Numbers and names as text, appended where they belong: exports have 100 million of them.
+// Appends numbers and names as text; exports contain 100 million of them.
 #pragma once
 
 #include <charconv>
@@ -11,7 +11,7 @@
 
 namespace pilesim {
 
-// The shortest text that is read as the same number.
+// The shortest text that reads back as the same number.
 template <class Number>
 void append_number(std::string& text, Number value) {
   char digits[32];
@@ -19,7 +19,7 @@ void append_number(std::string& text, Number value) {
   text.append(digits, end);
 }
 
-// `value`, below 1e9, to `decimals` (0 .. 9) places, without zeros at the end.
+// `value`, below 1e9, with `decimals` (0 .. 9) places and no trailing zeros.
 inline void append_rounded(std::string& text, float value, int decimals) {
   int64_t scale = 1;
   for (int i = 0; i < decimals; ++i) scale *= 10;

@@ -1,7 +1,7 @@
-// One frame: a node a shape and look, instanced (EXT_mesh_gpu_instancing), or a node a body.
-// Several frames: a node a body with tracks, since instances cannot move. A body that is not there
-// has the scale 0. Data goes into one buffer after another, each of them a file, or all into one,
-// which ends a GLB.
+// A single frame has one node per shape and look, instanced (EXT_mesh_gpu_instancing), or one node
+// per body. Several frames have one node per body with tracks, since instances cannot move. An
+// absent body has the scale 0. Data goes into one buffer after another, each a file, or all into
+// one, which ends a GLB.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -23,15 +23,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// JavaScript's arrays, and with them most readers, end at 2 GiB.
+// JavaScript arrays, and so most readers, are limited to 2 GiB.
 constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;
 
-// Parts of a buffer; from kImages on each is a picture.
+// Parts of a buffer; from kImages on, each is a picture.
 enum View : uint32_t { kVertices, kPlaces, kIndices, kTimes, kVectors, kRotations, kIds, kImages };
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
 
-// RFC 3986, of a name of a file.
+// A file name as a URI (RFC 3986).
 std::string as_uri(const std::string& name) {
   std::string uri;
   for (const char c : name) {
@@ -87,7 +87,7 @@ class List {
   }
   size_t count() const { return count_; }
   const std::string& text() const { return text_; }
-  // `"name": [...],`, or nothing where it is empty, as the format demands.
+  // `"name": [...],`, or nothing for an empty list, as the format demands.
   std::string as(const std::string& name) const {
     return count_ == 0 ? "" : ",\n\"" + name + "\": [\n" + text_ + "]";
   }
@@ -97,12 +97,12 @@ class List {
   size_t count_ = 0;
 };
 
-// Views begin at whole words; what fills a picture's last word is between them.
+// Views begin at whole words; padding follows a picture's last word.
 uint64_t in_whole_words(uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
 class Document {
  public:
-  // `files`: has the document and the first buffer, and gets more; null: there is one buffer.
+  // `files` contains the document and the first buffer, and receives more; null: a single buffer.
   Document(ExportSource& source, const ExportJob& job, ExportFiles* files)
       : source_(source), job_(job), files_(files) {}
 
@@ -162,7 +162,7 @@ class Document {
   }
 
  private:
-  // Notes where its data lies. One that has a file goes there.
+  // Records the location of the buffer's data, and moves it to its file if it has one.
   void end_buffer() {
     const uint64_t bytes = buffer_bytes();
     uint64_t place = 0;
@@ -203,7 +203,7 @@ class Document {
                           type + "\"" + more + "}");
   }
 
-  // Index of the view and place in it of what is appended.
+  // Index of the view, and offset of the appended bytes in it.
   std::pair<size_t, size_t> append(View view, std::span<const std::byte> bytes) {
     const uint64_t most = job_.part_bytes.value_or(kMostBytes);
     const uint64_t more = in_whole_words(bytes.size());
@@ -270,7 +270,7 @@ class Document {
     return ", \"min\": " + list(box.min()) + ", \"max\": " + list(box.max());
   }
 
-  // Points have a place in a texture each, or a colour.
+  // Each point has either texture coordinates or a colour.
   Geometry add_geometry(uint32_t shape) {
     const ExportMesh& mesh = source_.shapes()[shape];
     const SplitMesh& split = mesh.split;
@@ -359,7 +359,7 @@ class Document {
     const std::vector<ExportBody>& bodies = source_.bodies();
     TrajectoryFrame poses;
     source_.read(0, poses);
-    // Bodies of one shape and look lie one after another.
+    // Bodies of one shape and look are contiguous.
     for (size_t begin = 0, end = 0; begin < bodies.size(); begin = end) {
       std::vector<float> ids;
       std::vector<Vec3f> positions;
@@ -426,7 +426,7 @@ class Document {
     std::vector<ExportTrack> tracks = read_tracks(source_);
     for (size_t i = 0; i < tracks.size(); ++i) {
       const ExportBody& body = source_.bodies()[i];
-      // Memory holds it here or in a buffer.
+      // Move it: memory holds the motion once, here or in a buffer.
       const ExportTrack track = std::move(tracks[i]);
       const size_t node =
           add_body(body, track.position[0], track.orientation[0], body.starts_present);
@@ -468,14 +468,14 @@ class Document {
     if (count > 1) add_pose_channels(node, frames, positions, orientations);
   }
 
-  // All that there are so far.
+  // All nodes so far.
   std::string first_nodes() const {
     std::string nodes;
     for (size_t i = 0; i < nodes_.count(); ++i) nodes += (i > 0 ? "," : "") + std::to_string(i);
     return nodes;
   }
 
-  // Its place among those that hold something, of all buffers.
+  // Its index among the views with content, over all buffers.
   size_t index_of(View view) {
     const auto found = std::ranges::find(begun_, view);
     const auto place = views_.count() + static_cast<size_t>(found - begun_.begin());
@@ -486,9 +486,9 @@ class Document {
   ExportSource& source_;
   const ExportJob& job_;
   ExportFiles* files_;
-  // Data of the buffer that is being filled.
+  // Data of the current buffer.
   std::vector<std::string> data_ = std::vector<std::string>(kImages);
-  std::vector<View> begun_;  // those that hold something
+  std::vector<View> begun_;  // those with content
   List nodes_, meshes_, materials_, textures_, images_, cameras_, accessors_, samplers_, channels_,
       views_, buffers_;
   std::map<std::pair<uint32_t, uint32_t>, size_t> mesh_of_;
@@ -496,7 +496,7 @@ class Document {
   std::map<std::pair<uint32_t, const Texture*>, size_t> material_of_;
   std::map<const Texture*, size_t> texture_of_;
   std::map<std::string, size_t> times_;
-  std::optional<size_t> root_;  // of all others, at the source's origin, where that is not 0
+  std::optional<size_t> root_;  // parent of all others at the source's origin, if that is not 0
   bool has_instances_ = false, has_coats_ = false;
 };
 
@@ -518,8 +518,8 @@ void write_glb(ExportSource& source, const ExportJob& job, ExportForm form, Expo
   document.build(form);
   std::string json = document.json();
   json.append((4 - json.size() % 4) % 4, ' ');
-  const uint64_t bytes = document.buffer_bytes();  // of whole words
-  // A chunk of no bytes is to be left out.
+  const uint64_t bytes = document.buffer_bytes();  // a multiple of the word size
+  // An empty chunk must be left out.
   const std::string chunk = bytes == 0 ? "" : word(bytes) + std::string("BIN\0", 4);
   file.write("glTF" + word(2) + word(12 + 8 + json.size() + chunk.size() + bytes));
   file.write(word(json.size()) + "JSON" + json + chunk);

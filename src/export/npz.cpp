@@ -1,5 +1,5 @@
-// A zip archive (PKWARE's APPNOTE) of arrays as they lie in memory, without compression, each with
-// sizes of 64 bits.
+// A zip archive (PKWARE's APPNOTE) of arrays in their memory layout, uncompressed, with 64-bit
+// sizes.
 #include <zlib.h>
 
 #include <array>
@@ -19,7 +19,7 @@ void append_bytes(std::string& bytes, Number value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// Header of an array: version 1.0, padded so that the numbers begin at a multiple of 64.
+// Header of an array: version 1.0, padded so that the numbers start at a multiple of 64.
 std::string npy_header(const std::string& type, const std::string& shape) {
   std::string text =
       "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
@@ -83,11 +83,11 @@ class Archive {
     append_bytes(end, bytes);
     append_bytes(end, place);
     const uint64_t end_place = file_.size();
-    end += std::string("PK\x06\x07", 4);  // where that is
+    end += std::string("PK\x06\x07", 4);  // its location
     append_bytes(end, uint32_t{0});
     append_bytes(end, end_place);
     append_bytes(end, uint32_t{1});
-    end += std::string("PK\x05\x06", 4);  // the end, whose numbers are in the one above
+    end += std::string("PK\x05\x06", 4);  // the end record; its numbers are in the one above
     append_bytes(end, uint32_t{0});
     append_bytes(end, uint16_t{0xffff});
     append_bytes(end, uint16_t{0xffff});
@@ -99,7 +99,7 @@ class Archive {
 
  private:
   static constexpr uint16_t kVersion = 45;  // needed for zip64
-  // 1 January 1980: the same bytes whenever they are written.
+  // 1 January 1980, so that the bytes do not depend on the time.
   static constexpr uint32_t kDate = 0x00210000;
 
   struct Entry {
@@ -108,8 +108,8 @@ class Archive {
     uint32_t crc = 0;
   };
 
-  // Common part of both headers: flags (names in UTF-8), stored, date, checksum, sizes that stand
-  // in the extra field.
+  // Common part of both headers: flags (names in UTF-8), stored, date, checksum, and sizes, which
+  // refer to the extra field.
   static void append_common(std::string& header, const Entry& entry, uint16_t extra_bytes) {
     append_bytes(header, kVersion);
     append_bytes(header, uint16_t{0x800});
@@ -137,9 +137,9 @@ class Archive {
     append_common(header, entry, 28);
     append_bytes(header, uint16_t{0});   // comment
     append_bytes(header, uint16_t{0});   // disk
-    append_bytes(header, uint16_t{0});   // attributes within
-    append_bytes(header, uint32_t{0});   // attributes without
-    append_bytes(header, ~uint32_t{0});  // place: in the extra field
+    append_bytes(header, uint16_t{0});   // internal attributes
+    append_bytes(header, uint32_t{0});   // external attributes
+    append_bytes(header, ~uint32_t{0});  // offset: in the extra field
     header += entry.name;
     append_bytes(header, uint16_t{1});
     append_bytes(header, uint16_t{24});
@@ -155,7 +155,7 @@ class Archive {
   uint64_t start_ = 0;
 };
 
-// Text as numpy has it without pickling: an array of bytes, JSON in UTF-8.
+// Text that numpy reads without pickling: an array of bytes, JSON in UTF-8.
 void add_json(Archive& archive, const std::string& name, const nlohmann::ordered_json& json) {
   const std::string text = json.dump();
   archive.begin(name, "|u1", std::to_string(text.size()) + ",");
@@ -258,7 +258,7 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
                   texture.pixels);
   }
   if (source.has_camera()) {
-    // One row where it stands still.
+    // One row if the camera does not move.
     const size_t rows = source.camera_moves() ? source.frame_count() : 1;
     std::vector<std::array<double, 8>> camera;
     for (size_t k = 0; k < rows; ++k) {

@@ -9,7 +9,7 @@ namespace pilesim {
 std::array<float, 4> unit_halves(const Quatf& q) {
   constexpr int kDigits = 11, kLeastExponent = -14;
   const std::array<float, 4> exact = {q.w(), q.x(), q.y(), q.z()};
-  std::array<std::array<double, 2>, 4> sides{};  // below and above, by size
+  std::array<std::array<double, 2>, 4> sides{};  // nearest values below and above, by size
   for (size_t k = 0; k < 4; ++k) {
     const auto size = static_cast<double>(std::abs(exact[k]));
     const int exponent = size > 0 ? std::max(std::ilogb(size), kLeastExponent) : kLeastExponent;

@@ -1,8 +1,8 @@
 // Layout:
-//   /meshes (class)     a Mesh a shape
+//   /meshes (class)     one Mesh per shape
 //   /pile               materials, camera, and the bodies (usda_bodies.h)
-// Where what moves takes much space it lies in value clips, files of a part of the time each; a
-// manifest names the attributes that are there.
+// Large amounts of motion go to value clips, each a file for a part of the time; a
+// manifest names their attributes.
 #include <cmath>
 #include <map>
 #include <memory>
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Readers load a clip when its time comes, as a whole.
+// Readers load a whole clip when its time comes.
 constexpr uint64_t kBytesOfClip = uint64_t{1} << 28;
 constexpr uint64_t kBytesOfPose = 100;  // as text, with velocity
 
@@ -91,7 +91,7 @@ class UsdaWriter {
     line("    timeCodesPerSecond = " + rate + "\n    upAxis = \"Y\"\n)");
   }
 
-  // Where one clip ends the next one begins, in the same frame: clips do not interpolate to each
+  // A clip begins at the frame where the previous one ends: clips do not interpolate between each
   // other.
   void choose_clips() {
     std::vector<uint64_t> poses(source_.frame_count());
@@ -197,7 +197,7 @@ class UsdaWriter {
       text += '(';
       append_number(text, u);
       text += ", ";
-      append_number(text, 1 - v);  // from the lower border
+      append_number(text, 1 - v);  // from the lower edge
       text += ')';
     });
     file_->write(" (\n            interpolation = \"faceVarying\"\n        )");
@@ -211,7 +211,7 @@ class UsdaWriter {
     }
     line("        uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"");
     for (const auto& [name, found] : triangles) {
-      const std::vector<size_t>& indices = found;  // lambdas capture no bindings
+      const std::vector<size_t>& indices = found;  // lambdas cannot capture structured bindings
       line("\n        def GeomSubset \"" + name + "\"\n        {");
       line("            uniform token elementType = \"face\"");
       line("            uniform token familyName = \"materialBind\"");
@@ -285,7 +285,7 @@ class UsdaWriter {
     line("    }");
   }
 
-  // But for its end. `colour`: what follows the name of the surface's input.
+  // Without its end. `colour`: text after the name of the surface's input.
   void write_material(const std::string& name, const ExportLook& look, const std::string& colour) {
     line("        def Material \"" + name + "\"\n        {");
     line("            token outputs:surface.connect = </pile/materials/" + name +
@@ -309,7 +309,7 @@ class UsdaWriter {
   }
 
   void write_camera() {
-    // Millimetres, of which only the ratio of focal length and aperture counts.
+    // Millimetres; only the ratio of focal length to aperture matters.
     constexpr double kApertureHigh = 24;
     const CameraKey first = source_.camera(0);
     std::string text =
@@ -354,12 +354,12 @@ class UsdaWriter {
   ExportSource& source_;
   const ExportJob& job_;
   ExportFiles& files_;
-  ExportFile* file_;  // that is being written
+  ExportFile* file_;  // current file
   const FrameSpan all_{0, source_.frame_count() - 1};
   UsdaPrims prims_;
   NumberedTextures pictures_;  // of painted bodies
   std::unique_ptr<UsdaBodies> bodies_;
-  std::vector<FrameSpan> clips_;  // none: all motion is in the scene itself
+  std::vector<FrameSpan> clips_;  // empty: all motion is in the scene itself
 };
 
 }  // namespace

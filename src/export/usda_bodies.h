@@ -1,4 +1,4 @@
-// The bodies of a USD file, in one of two forms; usda.cpp writes what is around them.
+// The bodies of a USD file, in one of two forms; usda.cpp writes the rest of the file.
 #pragma once
 
 #include <memory>
@@ -19,19 +19,19 @@ class UsdaBodies {
  public:
   virtual ~UsdaBodies() = default;
 
-  // Adds to each frame the poses that are written for it.
+  // Adds to each frame the number of poses written for it.
   virtual void count_poses(std::vector<uint64_t>& poses) const = 0;
   // Prims within /pile. `has_clips`: motion is only declared.
   virtual void write(ExportFile& file, bool has_clips) = 0;
-  // The motion in these frames, over the same prims.
+  // The motion in these frames, for the same prims.
   virtual void write_clip(ExportFile& file, const FrameSpan& clip) = 0;
   // Declares all attributes that clips write.
   virtual void write_manifest(ExportFile& file) = 0;
 };
 
-// A Mesh a body, which refers to that of its shape, with keys where it moves.
+// One Mesh per body that refers to its shape's, with keys if it moves.
 std::unique_ptr<UsdaBodies> usda_objects(ExportSource& source, const UsdaPrims& prims);
-// PointInstancers: one of what never moves, others by when their bodies move.
+// PointInstancers: one for bodies that never move, others by the time of their bodies' motion.
 std::unique_ptr<UsdaBodies> usda_instancers(ExportSource& source, const UsdaPrims& prims);
 
 }  // namespace pilesim

@@ -10,11 +10,12 @@
 namespace pilesim {
 namespace {
 
-// Bodies are sorted into instancers by the quarters of the time in which they begin and cease to
-// move, so that frames in which they rest take no space.
+// Bodies are sorted into instancers by the quarters of the time in which their motion begins and
+// ends, so that frames of rest take no space.
 constexpr size_t kParts = 4;
 
-// Rotations are halves in older USD: 4 digits and some; velocities serve motion blur, in m/s.
+// Rotations are halves in older USD, with slightly more than 4 digits; velocities, in m/s, serve
+// motion blur.
 constexpr int kDecimalsOfHalf = 5, kDecimalsOfFloat = 7, kDecimalsOfVelocity = 3;
 
 void append_rotation(std::string& text, const std::array<float, 4>& wxyz, int decimals) {
@@ -35,12 +36,12 @@ void append_velocity(std::string& text, const Vec3f& v) {
   text += ')';
 }
 
-// Bodies whose changes lie in the same part of the time.
+// Bodies that change within the same part of the time.
 struct Group {
   std::string name;
   std::vector<uint32_t> bodies;  // indices into ExportSource::bodies()
-  size_t first = 0, last = 0;    // frames from 0: of its samples; the same: it rests
-  bool comes_and_goes = false;   // one of its bodies does
+  size_t first = 0, last = 0;    // first and last sample, in frames from 0; equal: at rest
+  bool comes_and_goes = false;   // one of its bodies appears or vanishes
 };
 
 std::vector<Group> groups_of(const ExportSource& source) {
@@ -48,7 +49,7 @@ std::vector<Group> groups_of(const ExportSource& source) {
   std::map<std::array<size_t, 2>, Group> found;
   for (uint32_t i = 0; i < source.bodies().size(); ++i) {
     const ExportBody& body = source.bodies()[i];
-    std::array<size_t, 2> key = {kParts, 0};  // of what rests
+    std::array<size_t, 2> key = {kParts, 0};  // of bodies at rest
     std::string name = "resting";
     if (body.last_change > 0) {
       key = {body.first_change * kParts / frames, body.last_change * kParts / frames};
@@ -169,7 +170,7 @@ class UsdaInstancers : public UsdaBodies {
     write_line(file, "    }");
   }
 
-  // Samples in `span`: of its first frame and of all in which the group moves.
+  // Samples in `span`: its first frame, and all frames in which the group moves.
   void write_motion(ExportFile& file, const Group& group, const FrameSpan& span, UsdaPlace place) {
     if (group.comes_and_goes) write_absent(file, group, span);
     write_samples(file, group, span, place, kPositions, [&](std::string& text, size_t, size_t i) {
@@ -180,14 +181,14 @@ class UsdaInstancers : public UsdaBodies {
                     const Quatf& q = poses_.orientation[group.bodies[i]];
                     append_rotation(text, unit_halves(q), kDecimalsOfHalf);
                   });
-    // Readers that know floats prefer them to the halves.
+    // Readers that support floats prefer them to halves.
     write_samples(file, group, span, place, kFloatOrientations,
                   [&](std::string& text, size_t, size_t i) {
                     const Quatf& q = poses_.orientation[group.bodies[i]];
                     append_rotation(text, {q.w(), q.x(), q.y(), q.z()}, kDecimalsOfFloat);
                   });
     if (group.first == group.last) return;
-    // From each sample on to the next one, so that to go on with it meets the next.
+    // From each sample to the next, so that extrapolation reaches the next one.
     write_samples(
         file, group, span, place, kVelocities, [&](std::string& text, size_t k, size_t i) {
           const uint32_t b = group.bodies[i];
@@ -199,8 +200,8 @@ class UsdaInstancers : public UsdaBodies {
         });
   }
 
-  // The first one is there also where the group moves later: readers go on by a sample's
-  // velocities, and back by those of the first.
+  // The first sample is written even if the group moves later: readers extrapolate forwards with a
+  // sample's velocities, and backwards with those of the first.
   static std::vector<size_t> sampled(const Group& group, const FrameSpan& span) {
     std::vector<size_t> frames = {span.first};
     for (size_t k = std::max(group.first, span.first + 1); k <= std::min(group.last, span.last);
@@ -210,8 +211,8 @@ class UsdaInstancers : public UsdaBodies {
     return frames;
   }
 
-  // append(text, k, i) writes the value of the i-th body in frame k, of poses_; next_ has the frame
-  // after it for kVelocities.
+  // append(text, k, i) writes the value of the i-th body in frame k, from poses_; for kVelocities
+  // next_ holds the following frame.
   template <class Append>
   void write_samples(ExportFile& file, const Group& group, const FrameSpan& span, UsdaPlace place,
                      const char* name, const Append& append) {
@@ -219,7 +220,7 @@ class UsdaInstancers : public UsdaBodies {
     const bool is_constant = place == UsdaPlace::scene && group.first == group.last;
     const bool looks_ahead = name == kVelocities;
     file.write(is_constant ? " = " : ".timeSamples = {");
-    size_t ahead = 0;  // the frame in next_; 0: none
+    size_t ahead = 0;  // number of the frame in next_; 0: none
     for (const size_t k : sampled(group, span)) {
       if (ahead > 0 && ahead == k) {
         std::swap(poses_, next_);
@@ -235,7 +236,7 @@ class UsdaInstancers : public UsdaBodies {
     if (!is_constant) write_line(file, "\n        }");
   }
 
-  // invisibleIds, a sample wherever they change.
+  // invisibleIds, with a sample wherever they change.
   void write_absent(ExportFile& file, const Group& group, const FrameSpan& span) {
     std::vector<uint32_t> coming_and_going;
     for (const uint32_t b : group.bodies) {

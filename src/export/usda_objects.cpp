@@ -7,11 +7,11 @@
 namespace pilesim {
 namespace {
 
-// The part of `track` in these frames, with a key in the first one.
+// The part of `track` in these frames, with a key at the first one.
 ExportTrack part_of(const ExportTrack& track, const FrameSpan& span) {
   ExportTrack part;
   for (size_t i = 0; i < track.key.size() && track.key[i] <= span.last; ++i) {
-    // Up to the next key it rests, or moves straight to a neighbour.
+    // Up to the next key it rests, or moves linearly to its neighbour.
     const bool is_before = track.key[i] <= span.first;
     if (is_before && i > 0) part = {};
     part.key.push_back(is_before ? static_cast<uint32_t>(span.first) : track.key[i]);
@@ -78,7 +78,7 @@ class UsdaObjects : public UsdaBodies {
     return result;
   }
 
-  // Motion of bodies that move or come and go, in these frames.
+  // Motion in these frames of bodies that move, appear or vanish.
   void write_motion(ExportFile& file, UsdaPlace place, const FrameSpan& span) {
     const std::vector<std::string> names = object_names();
     for (size_t i = 0; i < tracks_.size(); ++i) {

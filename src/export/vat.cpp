@@ -1,11 +1,11 @@
-// A rigid vertex-animation texture: where bodies are in two pictures, and one mesh of them all
-// whose vertices know their body. A vertex at p of body b is in frame k at
+// A rigid vertex-animation texture: two pictures with the poses, and one mesh of all bodies
+// whose vertices refer to their body. In frame k, a vertex at p of body b is at
 //
 //     q(p) + t,   t and q the texels of b in frame k,
 //
-// from the origin of the document.
+// relative to the origin of the document.
 //
-// Row by row, a frame takes `rows` rows of `columns` texels: that of body b is at column b %
+// A frame takes `rows` rows of `columns` texels, row by row: that of body b is at column b %
 // columns of row k * rows + b / columns.
 #include "export/vat.h"
 
@@ -28,7 +28,7 @@ using Json = nlohmann::ordered_json;
 
 // Longest side of a texture on graphics cards of the last ten years.
 constexpr size_t kLongestSide = 8192;
-// JavaScript's arrays, and with them most readers, end at 2 GiB.
+// JavaScript arrays, and so most readers, are limited to 2 GiB.
 constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;
 
 [[noreturn]] void refuse(const ExportJob& job, const std::string& found,
@@ -38,7 +38,7 @@ constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;
       Problem{.file = job.output.string(), .found = found, .expected = expected, .remedy = remedy});
 }
 
-// One array of a vertex's numbers, or the indices.
+// One array of vertex attributes, or the indices.
 struct Part {
   const char* name;
   const char* type;
@@ -144,14 +144,14 @@ class MergedMesh {
   }
 
  private:
-  // All bodies have one material.
+  // All bodies share one material.
   float mean_roughness() const {
     double sum = 0;
     for (const ExportBody& body : source_.bodies()) sum += source_.looks()[body.look].roughness;
     const size_t count = std::max<size_t>(source_.bodies().size(), 1);
     return static_cast<float>(std::round(1000 * sum / static_cast<double>(count)) / 1000);
   }
-  // Linear light, of 65535.
+  // Linear light, scaled to 65535.
   std::array<uint16_t, 4> colour(size_t body) const {
     const Colour& srgb = source_.looks()[source_.bodies()[body].look].colour;
     std::array<uint16_t, 4> linear = {0, 0, 0, 65535};
@@ -188,7 +188,7 @@ void write_mesh(const MergedMesh& mesh, const ExportJob& job, ExportFile& file) 
   mesh.write(file);
 }
 
-// texel(pose's index) of all frames as a picture with the channels R, G, B and A.
+// Writes texel(index of the pose) of all frames as a picture with the channels R, G, B and A.
 template <class Texel>
 void write_texture(ExportSource& source, const VatLayout& layout, const ExportJob& job,
                    ExportFile& file, const Texel& texel) {

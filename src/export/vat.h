@@ -1,4 +1,4 @@
-// Rigid vertex-animation textures, which game engines play by a vertex shader: docs/export.md.
+// Rigid vertex-animation textures, which a vertex shader of a game engine plays: docs/export.md.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace pilesim {
 
-// Sizes of the two pictures, in texels: a frame takes as few rows as it can, of at most 8192
+// Sizes of the two pictures, in texels: a frame takes as few rows as possible, of at most 8192
 // texels.
 struct VatLayout {
-  size_t columns = 0, rows = 0;  // of a frame
-  size_t height = 0;             // of all frames
+  size_t columns = 0, rows = 0;  // per frame
+  size_t height = 0;             // all frames together
   double frames_per_step = 1;    // of the trajectory, 1 / N with --every N
 };
 
@@ -26,8 +26,8 @@ struct VatFiles {
   std::vector<std::string> names;  // of these four
 };
 
-// A GLB, two EXR pictures and a JSON file. Holds one picture in memory, twice. Throws Error(usage)
-// where graphics cards or readers of glTF would not take it.
+// Writes a GLB, two EXR pictures and a JSON file. Holds two copies of a picture in memory. Throws
+// Error(usage) if it exceeds the limits of graphics cards or of glTF readers.
 void write_vat(ExportSource& source, const ExportJob& job, const VatFiles& files);
 
 }  // namespace pilesim

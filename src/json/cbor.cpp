@@ -16,13 +16,13 @@ namespace {
                .expected = expected});
 }
 
-// Goes over the heads of all items, without recursion, whatever they say.
+// Scans the heads of all items without recursion, whatever they claim.
 class Scanner {
  public:
   explicit Scanner(std::string_view bytes) : bytes_(bytes) {}
 
   void scan() {
-    std::vector<uint64_t> open = {1};  // items still to come, by level
+    std::vector<uint64_t> open = {1};  // items still expected, by level
     while (!open.empty()) {
       if (open.back() == 0) {
         open.pop_back();
@@ -44,7 +44,7 @@ class Scanner {
   }
 
  private:
-  // Moves past the head of an item and its own bytes; gives how many items it consists of.
+  // Moves past an item's head and its own bytes; gives the number of items it contains.
   uint64_t item() {
     const size_t start = offset_;
     require(start, 1, 1);
@@ -61,12 +61,12 @@ class Scanner {
       }
     }
     switch (kind) {
-      case 2:  // strings of bytes and of text
+      case 2:  // byte and text strings
       case 3:
         require(start, value, 1);
         offset_ += value;
         return 0;
-      case 4:  // arrays and maps; an item has one byte at least
+      case 4:  // arrays and maps; an item takes at least one byte
         require(start, value, 1);
         return value;
       case 5:

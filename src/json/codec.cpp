@@ -10,14 +10,14 @@ namespace pilesim {
 
 namespace {
 
-// A name stands in every body that an emitter makes.
+// Every body of an emitter carries the name.
 constexpr size_t kLongestName = 255;   // bytes
-constexpr size_t kLongestPath = 4096;  // bytes; the system's own limit
+constexpr size_t kLongestPath = 4096;  // bytes; the system's limit
 
 std::string has_bytes(size_t size) { return "has " + std::to_string(size) + " bytes"; }
 
-// A unit vector or quaternion to rounding is not normalised, so that a resolved scene reads back to
-// the same bits.
+// A vector or quaternion of unit length within rounding is not normalised, so that a resolved scene
+// reads back to the same bits.
 constexpr double kUnitByRounding = 1e-12;
 constexpr double kUnitByIntent = 1e-3;
 
@@ -34,7 +34,7 @@ bool check_array(const Json& json, size_t size, const std::string& expected, con
   return false;
 }
 
-// Expectation beside `found`. The limit on all numbers is named only if it is exceeded.
+// The expectation reported with `found`. The general limit on numbers is named only if exceeded.
 std::string expected_number(const Range& range, const Json& found) {
   const std::string phrase = range.phrase("a number");
   const bool is_unlimited = range.maximum == kLargestNumber && range.minimum != -kLargestNumber;
@@ -42,7 +42,7 @@ std::string expected_number(const Range& range, const Json& found) {
   return is_unlimited && exceeds ? phrase + " and at most 1e9" : phrase;
 }
 
-// Reads all `values.size()` numbers or reports each that is none.
+// Reads all `values.size()` numbers, or reports each one that is not a number.
 template <size_t N>
 bool read_numbers(const Json& json, const Path& path, const std::string& expected, Range range,
                   std::array<double, N>& values, ReadContext& context) {
@@ -61,7 +61,7 @@ bool read_numbers(const Json& json, const Path& path, const std::string& expecte
 
 Json write_vector(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
-// The shortest number of degrees that radians() takes back to exactly `angle`.
+// The shortest number of degrees that radians() converts back to exactly `angle`.
 double exact_degrees(double angle) {
   const double nearest = degrees(angle);
   for (const int digits : {6, 15, 17}) {
@@ -219,7 +219,7 @@ Codec<uint64_t> unsigned_integer() {
   codec.schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", UINT64_MAX}};
   codec.read = [expected = codec.expected](const Json& json, const Path& path, uint64_t& value,
                                            ReadContext& context) {
-    // 1e3 is 1000 and -0 is 0; what has neither sign nor exponent is kept unsigned by the parser.
+    // 1e3 is 1000 and -0 is 0; the parser keeps numbers without sign and exponent as unsigned.
     constexpr double kEndOfExact = 1ULL << 53U;
     const bool is_whole = json.is_number() && is_integer(json) &&
                           between(0, kEndOfExact).contains(json.get<double>());

@@ -1,6 +1,6 @@
-// One description of a kind of JSON value that reads it, writes it and documents it. Objects are
-// described field by field: the reader's checks, the resolved scene and the JSON Schema all come
-// from that one list.
+// One description per kind of JSON value that reads, writes and documents it. Objects are described
+// field by field: the reader's checks, the resolved scene and the JSON Schema all follow from that
+// list.
 #pragma once
 
 #include <array>
@@ -25,25 +25,25 @@ namespace pilesim {
 struct ReadContext {
   ProblemLog log;
   std::filesystem::path directory;  // absolute; relative paths start there
-  std::vector<NamedFile> files;     // all that were read, in order
+  std::vector<NamedFile> files;     // all files read, in order
 };
 
 template <class T>
 struct Codec {
-  std::string expected;  // "a number above 0": what a value of another kind should have been
-  // Reports to the log what is wrong and leaves `value` as it was, as far as it is.
+  std::string expected;  // "a number above 0": the expected kind of value, for messages
+  // Reports errors to the log; wrong values leave `value` unchanged.
   std::function<void(const Json&, const Path&, T& value, ReadContext&)> read;
   std::function<Json(const T&)> write;
   Json schema;
 };
 
-// "is \"oak\"", "is an array of 2 values": what was found, cut to a readable length.
+// "is \"oak\"", "is an array of 2 values": the value found, cut to a readable length.
 std::string describe_value(const Json& json);
 std::string number_text(double number);
-// "\"a\", \"b\"": quoted and joined by commas; after 40 of them how many more there are.
+// "\"a\", \"b\"": quoted and joined by commas; after 40 words, the number of further ones.
 std::string quoted_list(const std::vector<std::string>& words);
 
-// Finite by the limit on its size, beyond which squares and cubes would overflow in the physics.
+// Limit on a number's size; beyond it squares and cubes would overflow in the physics.
 inline constexpr double kLargestNumber = 1e9;
 struct Range {
   double minimum = -kLargestNumber;
@@ -62,7 +62,7 @@ constexpr Range at_least(double minimum) { return {.minimum = minimum}; }
 constexpr Range between(double minimum, double maximum) { return {minimum, maximum}; }
 
 Codec<double> number(Range range = kAnyNumber);
-// In degrees in the file, in radians in memory.
+// Degrees in the file, radians in memory.
 Codec<double> angle_deg(Range range_deg);
 Codec<int> integer(int minimum, int maximum);
 Codec<int> integer_choice(std::vector<int> choices);
@@ -70,7 +70,7 @@ Codec<uint64_t> unsigned_integer();
 Codec<bool> boolean();
 Codec<std::string> text();  // not empty
 Codec<Vec3> vector3(Range range = kAnyNumber);
-Codec<Vec3> direction();  // any length but 0; normalised
+Codec<Vec3> direction();  // any non-zero length; normalised
 Codec<Quat> quaternion();
 Codec<Quat> rotation_deg();  // intrinsic x, y, z; reads only
 Codec<Colour> colour();
@@ -81,7 +81,7 @@ Codec<std::array<int, N>> integers(int minimum, int maximum, const std::string& 
 extern template Codec<std::array<int, 2>> integers<2>(int, int, const std::string&);
 extern template Codec<std::array<int, 3>> integers<3>(int, int, const std::string&);
 
-// `words` pair what the file says with what it means.
+// `words` pair each word in the file with its value.
 template <class E>
 Codec<E> enumeration(std::vector<std::pair<std::string, E>> words) {
   std::vector<std::string> names;

@@ -11,7 +11,7 @@
 namespace pilesim {
 namespace {
 
-// Greatest number of repeated keys of a file that are reported.
+// Most repeated keys of a file that are reported.
 constexpr size_t kMostRepeated = 100'000;
 
 }  // namespace
@@ -26,7 +26,7 @@ void throw_findings(const ProblemLog& log, const std::string& text, const std::s
     problem.column = position.column;
     problems.emplace_back(offset, std::move(problem));
   };
-  // Places of key and value of problems and of the objects above them: those of a whole file would
+  // Positions of key and value for problems and the objects above them: those of a whole file would
   // take many times its size.
   std::map<std::string, std::optional<std::pair<size_t, size_t>>> places;
   for (const Finding& finding : log.findings()) {
@@ -44,7 +44,7 @@ void throw_findings(const ProblemLog& log, const std::string& text, const std::s
                            .expected = "each key once in an object"});
   });
   for (const Finding& finding : log.findings()) {
-    // A missing key is shown at the place of its object.
+    // Report a missing key at the position of its object.
     std::string pointer = finding.pointer;
     while (!places.at(pointer)) pointer.resize(pointer.rfind('/'));
     const auto [key, value] = *places.at(pointer);

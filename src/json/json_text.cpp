@@ -13,9 +13,9 @@ namespace pilesim {
 
 namespace {
 
-// A Json compares each key with those before it in the object. 2 s; one object of 31,000 keys.
+// A Json compares each key with the earlier ones in its object: 2 s, or one object of 31,000 keys.
 constexpr size_t kMostKeyComparisons = 500'000'000;
-// A key stands in the pointer of each value below it.
+// The pointers of all values below a key contain it.
 constexpr size_t kLongestKey = 1000;  // bytes of text
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
@@ -36,7 +36,7 @@ size_t skip_insignificant(std::string_view text, size_t offset) {
   return offset;
 }
 
-// One past the string that opens at `offset`.
+// The offset after the string that opens at `offset`.
 size_t string_end(std::string_view text, size_t offset) {
   for (++offset; offset < text.size() && text[offset] != '"'; ++offset) {
     if (text[offset] == '\\') ++offset;
@@ -124,7 +124,7 @@ Error syntax_error(const std::string& text, const std::string& file, size_t offs
 }
 
 // The library says "[...] parse error at line 1, column 2: syntax error while parsing value -
-// unexpected '}'; expected ...": what comes after the dash is for the user.
+// unexpected '}'; expected ...". The user gets the part after the dash.
 Error translate(const Json::exception& error, const std::string& text, const std::string& file,
                 size_t offset) {
   std::string found = error.what();
@@ -150,16 +150,16 @@ Error translate(const Json::exception& error, const std::string& text, const std
   return syntax_error(text, file, offset, "is no valid JSON: " + found, expected, remedy);
 }
 
-// Rejects text that would take the parser too much stack or time, and bytes 0, which end a comment
-// and the whole text for it.
+// Rejects text that would cost the parser too much stack or time, and bytes 0, at which it ends a
+// comment and the whole text.
 void check_text(const std::string& text, const std::string& file) {
   if (const size_t at = text.find('\0'); at != text.npos) {
     throw syntax_error(text, file, at, "has a byte 0", "text in UTF-8", "Save the file as UTF-8");
   }
   int depth = 0;
-  std::array<size_t, kMaxJsonDepth + 1> keys{};  // of the object that is open at each depth
+  std::array<size_t, kMaxJsonDepth + 1> keys{};  // in the open object at each depth
   size_t comparisons = 0;
-  size_t string_begin = 0, string_size = 0;  // of the last one
+  size_t string_begin = 0, string_size = 0;  // of the last string
   for (size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '"') {
       string_begin = i;
@@ -212,7 +212,7 @@ TextPosition LineIndex::position(size_t offset) const {
 
 Json parse_json(const std::string& text, const std::string& file) {
   check_text(text, file);
-  // A stream, because its read position tells where the parser gave up, whatever it threw.
+  // A stream, because its read position shows where the parser stopped, whatever it threw.
   std::istringstream stream(text);
   try {
     return Json::parse(stream, nullptr, true, true);

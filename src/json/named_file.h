@@ -9,7 +9,7 @@ namespace pilesim {
 struct NamedFile {
   std::string pointer;         // of its path in the document
   std::filesystem::path path;  // absolute
-  std::string written;         // as the document has it
+  std::string written;         // as written in the document
 };
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// Objects as lists of fields, with alternatives chosen by the value of one key ("type").
+// Objects as lists of fields, with alternatives selected by one key ("type").
 #pragma once
 
 #include <functional>
@@ -12,34 +12,34 @@
 
 namespace pilesim {
 
-// The description of one key of an object, of any type.
+// The description of one key of an object, independent of its type.
 struct Key {
   std::string name;
   std::string expected;
   bool is_required = false;
-  // Keys of one group set the same thing: at most one may stand, and if they are required, exactly
-  // one.
+  // Keys of one group set the same thing: at most one may be present, and exactly one if they are
+  // required.
   std::string group;
 };
 
-// One key of an object that becomes part of a T.
+// A key of an object that describes a part of T.
 template <class T>
 struct Field {
   Key key;
   std::function<void(const Json&, const Path&, T&, ReadContext&)> read;
-  std::function<std::optional<Json>(const T&)> write;  // none: the key is left out
+  std::function<std::optional<Json>(const T&)> write;  // nullopt: leave the key out
   Json schema;
-  std::function<Json(const T& defaults)> default_value;  // empty: there is none
+  std::function<Json(const T& defaults)> default_value;  // empty: no default
 };
 
 template <class T>
 using Fields = std::vector<Field<T>>;
 
-// `schema` with its description.
+// Adds the description to `schema`.
 Json described(Json schema, const std::string& description);
 
-// Not required; the value otherwise depends on the rest of the scene. `Access` takes a T& to an M&
-// and a const T& to a const M&: a pointer to member or a generic lambda.
+// Optional; without the key the value depends on the rest of the scene. `Access` maps T& to M& and
+// const T& to const M&: a pointer to member or a generic lambda.
 template <class T, class Access, class M>
 Field<T> derived_field(std::string key, Access access, const Codec<M>& codec,
                        const std::string& description) {
@@ -64,7 +64,7 @@ Field<T> required_field(std::string key, Access access, const Codec<M>& codec,
   return field;
 }
 
-// Not required; the value of a T{} is the default.
+// Optional; the default is the value in a T{}.
 template <class T, class Access, class M>
 Field<T> field(std::string key, Access access, const Codec<M>& codec,
                const std::string& description) {
@@ -75,7 +75,7 @@ Field<T> field(std::string key, Access access, const Codec<M>& codec,
   return field;
 }
 
-// Not required; the member is a std::optional<M>.
+// Optional; the member is a std::optional<M>.
 template <class T, class Access, class M>
 Field<T> optional_field(std::string key, Access access, const Codec<M>& codec,
                         const std::string& description) {
@@ -93,7 +93,7 @@ Field<T> optional_field(std::string key, Access access, const Codec<M>& codec,
   return field;
 }
 
-// Another way to write what a field of the same group writes; the resolved scene does not use it.
+// Another way to write a field of the same group; the resolved scene does not use it.
 template <class T>
 Field<T> input_only(Field<T> field) {
   field.write = [](const T&) { return std::optional<Json>(); };
@@ -112,7 +112,7 @@ Fields<T> operator+(Fields<T> a, const Fields<T>& b) {
   return a;
 }
 
-// One value of the key that chooses, and the fields that come with it.
+// One value of the selecting key, and the fields that belong to it.
 template <class T>
 struct Alternative {
   std::string name;
@@ -128,34 +128,34 @@ struct ObjectDescription {
   Fields<T> fields;
   std::string choice_key;  // empty: no alternatives
   std::vector<Alternative<T>> alternatives;
-  // After all fields: what depends on several of them.
+  // Checks that involve several fields; called after all of them.
   std::function<void(const Json&, const Path&, T&, ReadContext&)> finish;
 };
 
 namespace object_codec {
 
-// The part that does not depend on T.
+// The part that is independent of T.
 
-// The index of the name that `json` has for `choice_key`; names.size() and a report if it has none.
+// The index in `names` of the value of `choice_key`; otherwise names.size(), and a report.
 size_t choose(const Json& json, const Path& path, const std::string& choice_key,
               const std::vector<std::string>& names, ProblemLog& log);
 
-// Unknown keys. `choice_key` may be empty.
+// Reports unknown keys. `choice_key` may be empty.
 void report_unknown_keys(const Json& json, const Path& path, const std::string& noun,
                          const std::string& choice_key, const std::vector<const Key*>& keys,
                          ProblemLog& log);
 
-// Missing keys, and keys that exclude one another.
+// Reports missing keys, and keys that exclude each other.
 void report_missing_keys(const Json& json, const Path& path, const std::vector<const Key*>& keys,
                          ProblemLog& log);
 
 // The schema of an object with these keys.
 Json object_schema(const std::vector<std::pair<const Key*, Json>>& keys);
-// The same for one of its alternatives.
+// The schema of one of its alternatives.
 Json alternative_schema(Json schema, const std::string& choice_key, const std::string& name,
                         const std::string& description);
 
-// The fields that an object with the given alternative (or none) has.
+// The fields of an object with the given alternative (or none).
 template <class T>
 std::vector<const Field<T>*> fields_of(const ObjectDescription<T>& description,
                                        const Alternative<T>* alternative) {
@@ -211,7 +211,7 @@ void read(const ObjectDescription<T>& description, const Json& json, const Path&
     if (found != json.end()) field->read(*found, path / field->key.name, value, context);
   }
   report_missing_keys(json, path, keys, context.log);
-  // Which other keys may stand depends on the choice: without one, do not guess.
+  // The valid keys depend on the choice: without one, do not guess.
   if (!description.choice_key.empty() && alternative == nullptr) return;
   report_unknown_keys(json, path, description.noun, description.choice_key, keys, context.log);
   if (description.finish) description.finish(json, path, value, context);
@@ -240,7 +240,7 @@ Codec<T> object(const ObjectDescription<T>& description) {
   Codec<T> codec;
   codec.expected = "an object (" + description.noun + ")";
   codec.schema = object_codec::schema_of(description);
-  // Fields are many and codecs are copied into those that use them.
+  // Share the description: there are many fields, and users of a codec copy it.
   const auto shared = std::make_shared<const ObjectDescription<T>>(description);
   codec.read = [shared, expected = codec.expected](const Json& json, const Path& path, T& value,
                                                    ReadContext& context) {

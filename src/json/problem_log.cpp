@@ -10,7 +10,8 @@ namespace pilesim {
 
 namespace {
 
-// Nobody reads more, and each may take kilobytes. From here on nothing is kept, and nothing sound.
+// Nobody reads more, and each may take kilobytes. Beyond this nothing is kept, and nothing counts
+// as sound.
 constexpr size_t kMostFindings = 65'536;
 
 std::string lower_case(std::string_view word) {
@@ -19,8 +20,8 @@ std::string lower_case(std::string_view word) {
   return lower;
 }
 
-// How far `word` is from `name` in insertions, deletions, replacements and swaps of neighbours
-// (optimal string alignment). What `name` goes on with ("_kg_m3") counts as one slip at most.
+// Distance from `word` to `name` in insertions, deletions, replacements and swaps of neighbours
+// (optimal string alignment). A continuation of `name` ("_kg_m3") counts as one edit at most.
 size_t misspelling(std::string_view word, std::string_view name) {
   std::vector<size_t> before_last(name.size() + 1), last(name.size() + 1), row(name.size() + 1);
   for (size_t j = 0; j <= name.size(); ++j) last[j] = j;
@@ -80,7 +81,7 @@ bool ProblemLog::is_sound_itself(const Path& path) const {
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
   constexpr size_t kLongestWord =
-      100;  // longer ones are no misspelling, and the search is quadratic
+      100;  // longer words are no misspellings, and the search is quadratic
   if (word.size() < 2 || word.size() > kLongestWord) return {};
   const std::string wanted = lower_case(word);
   const std::string* nearest = nullptr;

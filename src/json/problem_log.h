@@ -1,4 +1,4 @@
-// Collects the problems of a JSON document while it is read, by place.
+// Collects the problems of a JSON document by position while it is read.
 #pragma once
 
 #include <set>
@@ -9,8 +9,8 @@
 
 namespace pilesim {
 
-// A place in a document, as a chain on the stack: reading a sound file builds no strings. A path
-// must not outlive its parent, so only named ones have children.
+// A position in a document, as a chain on the stack: reading a valid file builds no strings. A path
+// must not outlive its parent, so only named paths may have children.
 class Path {
  public:
   Path() = default;
@@ -26,13 +26,13 @@ class Path {
       : parent_(parent), key_(key), index_(index) {}
 
   const Path* parent_ = nullptr;
-  std::string_view key_;  // no data: an index
+  std::string_view key_;  // null data: an index
   size_t index_ = 0;
 };
 
 struct Finding {
   std::string pointer;
-  bool at_key = false;  // the place is the key, not the value
+  bool at_key = false;  // refers to the key instead of the value
   std::string found, expected, remedy;
 };
 
@@ -41,9 +41,9 @@ class ProblemLog {
   void report(const Path& path, std::string found, std::string expected, std::string remedy = "");
   void report_key(const Path& path, std::string found, std::string expected,
                   std::string remedy = "");
-  // Nothing was found at `path` or below: checks that build on it make sense.
+  // True if `path` and everything below it has no findings: further checks make sense.
   bool is_sound(const Path& path) const;
-  // Nothing was found at `path` itself.
+  // True if `path` itself has no findings.
   bool is_sound_itself(const Path& path) const;
 
   const std::vector<Finding>& findings() const { return findings_; }
@@ -53,8 +53,8 @@ class ProblemLog {
   std::set<std::string> pointers_;  // of the findings
 };
 
-// `Did you mean "colour"?` with the nearest of `candidates` if one is close to `word` in spelling
-// or begins with it, else empty.
+// `Did you mean "colour"?` with the nearest of `candidates` if one has a similar spelling or begins
+// with `word`, else empty.
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace pilesim

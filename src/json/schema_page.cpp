@@ -13,7 +13,7 @@
 namespace pilesim {
 namespace {
 
-// Without the variables and draws that may stand for any value: they are told once.
+// Removes the variables and random values that may replace any value: the page describes them once.
 Json without_stand_in(const Json& schema) {
   const auto either = schema.find("anyOf");
   return either != schema.end() && either->size() == 2 && (*either)[1].contains("$ref")
@@ -30,7 +30,7 @@ std::string escaped_cell(std::string text) {
   return text;
 }
 
-// As people write it: "5", not "5.0".
+// Prints numbers as people write them: "5", not "5.0".
 std::string short_text(const Json& value) {
   if (value.is_number_float()) return number_text(value.get<double>());
   if (!value.is_array()) return value.dump();
@@ -53,7 +53,7 @@ std::string range_text(const Json& schema) {
   const auto limit = [&](const char* key) {
     const auto found = schema.find(key);
     const double value = found == schema.end() ? kLargestNumber : found->get<double>();
-    // Only keeps numbers finite.
+    // This limit only keeps numbers finite: leave it out.
     if (std::abs(value) >= kLargestNumber) return std::string();
     const auto whole = static_cast<int64_t>(value);
     return static_cast<double>(whole) == value ? std::to_string(whole) : number_text(value);
@@ -80,7 +80,7 @@ class Page {
   }
 
  private:
-  // Those that wait, each followed by those of the objects in it.
+  // Writes pending sections, each followed by those of the objects in it.
   void write_sections() {
     const auto sections = std::exchange(waiting_, {});
     for (const auto& [path, object] : sections) {
@@ -89,14 +89,14 @@ class Page {
     }
   }
 
-  // A section for an object that has none yet. Returns its name.
+  // Adds a section for an object that has none yet, and returns its name.
   std::string add(const std::string& path, const Json& object) {
     const auto [found, is_new] = names_.try_emplace(object.dump(), path);
     if (is_new) waiting_.emplace_back(path, object);
     return found->second;
   }
 
-  // The type of a value in words. `path` is the value's, for the sections of objects in it.
+  // The type of a value in words. `path` is the value's; objects in it get sections of their own.
   std::string value_text(const std::string& path, const Json& with_stand_in, bool several = false) {
     const Json schema = without_stand_in(with_stand_in);
     const std::string plural = several ? "s" : "";
@@ -135,7 +135,7 @@ class Page {
         alternatives, [](const Json& one) { return without_stand_in(one).contains("properties"); });
   }
 
-  // Objects have defaults in their own sections, key by key.
+  // Objects have their defaults in their own sections, key by key.
   static std::string default_text(const Json& property) {
     const auto value = property.find("default");
     const bool is_told = value == property.end() || (value->is_object() && !value->empty()) ||
@@ -143,7 +143,7 @@ class Page {
     return is_told ? "" : code(*value);
   }
 
-  // As pages of GitHub make it.
+  // Anchors in the style of GitHub.
   static std::string anchor(const std::string& heading) {
     std::string text;
     for (const char c : heading) {
@@ -158,7 +158,7 @@ class Page {
       text_ += "\n" + about->get<std::string>() + "\n";
     }
     if (!object.contains("oneOf")) return write_table(path, object, object["properties"]);
-    // Keys of all kinds come first, then those of each kind.
+    // Keys common to all kinds come first, then those of each kind.
     std::vector<Json> kinds;
     for (const Json& kind : object["oneOf"]) kinds.push_back(without_stand_in(kind));
     Json common = Json::object();

@@ -1,4 +1,4 @@
-// The JSON Schema of codecs as a page for people.
+// Prints the JSON Schema of codecs as a page for people.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace pilesim {
 
-// Markdown: a table of keys for each kind of object in `schema`, a section each. `name`: of the
+// Markdown with one section and table of keys per kind of object in `schema`. `name` is that of the
 // outermost object.
 std::string schema_page(const Json& schema, const std::string& name);
 

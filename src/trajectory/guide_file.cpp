@@ -28,7 +28,7 @@ void for_each_member(auto& frame, const auto& use) {
   use("largest_drift_m", frame.largest_drift_m);
 }
 
-// In whole tenths of a millimetre, for pictures.
+// Rounded to a tenth of a millimetre, for pictures.
 Json rounded(const Vec3& point) {
   Json json = Json::array();
   for (const double value : point) json.push_back(std::round(value * 1e4) / 1e4);

@@ -1,4 +1,4 @@
-// Bodies chosen by their names on a command line.
+// Selects bodies by name on a command line.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace pilesim {
 
-// 1 for each of `names` that one of the shell patterns fits (* and ? as usual), else 0. Throws
-// Error(usage), naming `option`, for a pattern that fits no name.
+// 1 for each of `names` that matches one of the shell patterns (* and ?), else 0. Throws
+// Error(usage) that names `option` for a pattern without a match.
 std::vector<uint8_t> bodies_named(const std::vector<std::string>& patterns,
                                   const std::vector<std::string>& names, const std::string& option);
 

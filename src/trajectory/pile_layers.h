@@ -1,5 +1,5 @@
-// piles.json, beside a trajectory of directed piles: what each pile is thought to be made of, for
-// pictures. The whole format: this struct, and the names of its members.
+// piles.json, beside a trajectory of directed piles: the layers of each pile, for pictures. This
+// struct and its members' names define the whole format.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ struct PileLayer {
 };
 
 struct LayeredPile {
-  std::vector<Eigen::Vector2d> core;   // m, x and z: a point, a line or a polygon that turns left
-  std::vector<Eigen::Vector2d> walls;  // m, x and z, turning left; empty: none
+  std::vector<Eigen::Vector2d> core;   // m, x and z: a point, a line or a counter-clockwise polygon
+  std::vector<Eigen::Vector2d> walls;  // m, x and z, counter-clockwise; empty: none
   std::vector<PileLayer> layers;
 
   bool operator==(const LayeredPile&) const = default;
@@ -38,14 +38,14 @@ struct PileLayersChange {
 
 LayeredPile moved(LayeredPile pile, const Vec3& by);
 
-// To a tenth of a millimetre, which is what the file holds.
+// Rounds to a tenth of a millimetre, the resolution of the file.
 double rounded_for_pictures(double value_m);
 
-// `changes` are in the order of their frames. Throws Error(io).
+// `changes` are in frame order. Throws Error(io).
 void write_pile_layers(const std::filesystem::path& file,
                        const std::vector<PileLayersChange>& changes);
-// Throws Error(io), or Error(input) for a file of another format or version, and where a pile has
-// no core.
+// Throws Error(io), or Error(input) if the file has another format or version, or a pile has no
+// core.
 std::vector<PileLayersChange> read_pile_layers(const std::filesystem::path& file);
 
 }  // namespace pilesim

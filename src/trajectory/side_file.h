@@ -1,5 +1,4 @@
-// The common part of the JSON files beside a trajectory: a name and a version, which are checked
-// when they are read.
+// Shared by the JSON files beside a trajectory: a format name and a version, which readers check.
 #pragma once
 
 #include <filesystem>
@@ -26,8 +25,8 @@ struct SideFile {
                         .remedy = "Direct the pile again"});
   }
 
-  // use(json) makes of the file what it holds; where a value is missing or of another type, the
-  // file is refused.
+  // use(json) converts the file's JSON; if a value is missing or of another type, the file is
+  // rejected.
   template <class Use>
   auto read(const std::filesystem::path& file, const Use& use) const {
     const Json json = read_json_file(file);

@@ -1,5 +1,5 @@
 // A trajectory on disk: `trajectory.zarr/`, a Zarr v2 directory store that numpy, xarray and JS
-// readers open as it is (docs/files.md is the description for users). It is self-contained: shapes
+// readers open directly (docs/files.md describes it for users). It is self-contained: shapes
 // and colours are in it, so that it can be drawn on another machine. Layout:
 //   .zattrs                           format, axes, frame rate, seed, resolved scene and its hash,
 //                                     names of bodies and materials, shapes
@@ -9,18 +9,18 @@
 //   body_shape   (body)           u4  index into shapes
 //   body_material (body)          u4  index into materials
 //   body_colour  (body, 3)        u1  sRGB
-//   body_painted (body)           u1  1: drawn in the colours of its shape; where one is
-//   body_gloss   (body, 2)        f4  roughness and clear coat; where one is not as by default
+//   body_painted (body)           u1  1: drawn in the colours of its shape; if any is
+//   body_gloss   (body, 2)        f4  roughness and clear coat; if any differs from the default
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
 //   shapes/<i>/vertices  (V, 3)   f4  m, body frame
 //   shapes/<i>/triangles (T, 3)   u4
-//   shapes/<i>/colours   (T, 3)   u1  sRGB; where its file has them
-//   shapes/<i>/texture   (T)      u4  1 + index into textures, 0: none; where it has one
-//   shapes/<i>/uv     (T, 3, 2)   f4  where each corner lies in it: to the right, downward, 1: all
+//   shapes/<i>/colours   (T, 3)   u1  sRGB; if its file has them
+//   shapes/<i>/texture   (T)      u4  1 + index into textures, 0: none; if it has one
+//   shapes/<i>/uv     (T, 3, 2)   f4  texture coordinates: to the right and downward, in [0, 1]
 //   textures/<k>      (rows, columns, 3) u1  sRGB, rows from top to bottom; .zattrs has their sizes
-// Arrays over frames are cut into chunks of frames compressed with zstd. A chunk is complete or
+// Arrays over frames are divided into chunks of frames compressed with zstd. A chunk is complete or
 // absent and the frame count in `.zarray` moves after the chunk is there, so a killed run leaves a
-// valid shorter trajectory. The same frames give the same files, whenever they were written.
+// valid shorter trajectory. The same frames always give the same files.
 #pragma once
 
 #include <array>
@@ -43,21 +43,22 @@ struct TrajectoryShape {
   bool is_plane = false;        // the half-space y <= 0 of the body; no mesh
   std::vector<Vec3f> vertices;  // (V) m, body frame
   std::vector<std::array<uint32_t, 3>> triangles;
-  std::vector<Colour> colours;  // (T) of its file, for the bodies that are painted; or empty
-  TextureMap texture_map;       // what these are drawn with in place of colours
-  // How the body frame lies in the shape's own frame, that of its mesh file or of its primitive: a
-  // point f of the file is at scale f - centre_of_mass in the body frame; of a file whose z is up
-  // (x, z, -y) of it is f.
-  std::string type;                       // "mesh", "box", ... as in the scene
-  std::string file;                       // as the scene names it; empty: not of a mesh file
-  double scale = 1;                       // m per unit of the file
-  bool is_z_up = false;                   // the file
-  Vec3 centre_of_mass = Vec3::Zero();     // m, the shape's own frame
-  Quat principal_axes{Quat::Identity()};  // takes the principal axes of inertia to the body's axes
+  std::vector<Colour> colours;  // (T) from its file, for painted bodies; or empty
+  TextureMap texture_map;       // texture used instead of colours
+  // The body frame in the shape's own frame, which is that of its mesh file or primitive. A point f
+  // of the file is at scale f - centre_of_mass in the body frame; if the file's z is up, use (x, z,
+  // -y) of f.
+  std::string type;                    // "mesh", "box", ... as in the scene
+  std::string file;                    // as named in the scene; empty: no mesh file
+  double scale = 1;                    // m per unit of the file
+  bool is_z_up = false;                // up axis of the file
+  Vec3 centre_of_mass = Vec3::Zero();  // m, the shape's own frame
+  // Rotates the principal axes of inertia to the body's axes.
+  Quat principal_axes{Quat::Identity()};
 };
 
 struct TrajectoryHeader {
-  double frame_rate = 60;  // frames a second
+  double frame_rate = 60;  // frames per second
   uint64_t seed = 1;
   std::string resolved_scene;  // JSON text
   std::string scene_hash;      // of the scene and its files
@@ -68,7 +69,7 @@ struct TrajectoryHeader {
   std::vector<uint32_t> body_material;  // (B) index into materials
   std::vector<Colour> body_colour;      // (B)
   std::vector<uint8_t> body_painted;    // (B) 1: drawn in its shape's own colours
-  // (B) roughness and clear coat, [0, 1]; empty: all as by default, and of older ones.
+  // (B) roughness and clear coat, [0, 1]. Empty: all defaults, or an older file.
   std::vector<std::array<float, 2>> body_gloss;
   std::vector<uint8_t> body_moves;  // (B) 1: dynamic or kinematic, 0: fixed
 
@@ -83,28 +84,27 @@ struct TrajectoryFrame {
 
 class TrajectoryWriter {
  public:
-  // `directory` is `…/trajectory.zarr` and does not exist; missing parents are made. A trajectory
-  // without frames is there afterwards. `header` is consistent: resolved_scene is a JSON object,
-  // the body arrays have one length, indices are in range. Throws Error(io).
+  // `directory` is `…/trajectory.zarr` and must not exist; missing parents are created. It then
+  // holds a trajectory without frames. `header` must be consistent: resolved_scene is a JSON
+  // object, the body arrays have equal lengths, indices are in range. Throws Error(io).
   TrajectoryWriter(const std::filesystem::path& directory, const TrajectoryHeader& header,
                    double longest_in_memory_s = 1);
-  // Goes on after the first `frames` frames of one that has this header; what is there of later
-  // ones is forgotten. Throws Error(input) where it has fewer frames, or another number of bodies.
+  // Continues a trajectory with this header after its first `frames` frames, and discards later
+  // ones. Throws Error(input) if it has fewer frames or another number of bodies.
   TrajectoryWriter(const std::filesystem::path& directory, uint64_t frames,
                    const TrajectoryHeader& header, double longest_in_memory_s = 1);
-  ~TrajectoryWriter();  // closes, swallowing errors: call close() to hear of them
+  ~TrajectoryWriter();  // closes and swallows errors: call close() to receive them
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Takes the next frame, its positions rounded to less than a ten-millionth of the body's size,
-  // and writes what is not yet on disk when the chunk is full or the last write was
-  // `longest_in_memory_s` ago: a kill loses no more than the frames of that time. Throws Error(io),
-  // after which the frames written before are still valid on disk.
+  // Adds the next frame, with positions rounded to less than a ten-millionth of the body's size.
+  // Writes to disk when the chunk is full or the last write was `longest_in_memory_s` ago, so a
+  // kill loses only the frames of that time. Throws Error(io); earlier frames remain valid on disk.
   void append(const TrajectoryFrame& frame);
-  // Writes all that is not yet on disk. Throws Error(io).
+  // Writes all frames that are not yet on disk. Throws Error(io).
   void flush();
   void close() { flush(); }
-  // The frames that a reader finds if the process is killed now.
+  // Number of frames that a reader would find if the process were killed now.
   uint64_t frames_on_disk() const;
 
  private:
@@ -114,22 +114,21 @@ class TrajectoryWriter {
 
 class TrajectoryReader {
  public:
-  // Accepts `trajectory.zarr` or the directory that holds it; may be still growing: frame_count()
-  // is what was there at this moment. Throws Error(io), or Error(input) naming the file that is
-  // missing, corrupt or of another format.
+  // Accepts `trajectory.zarr` or the directory that contains it. The trajectory may still grow:
+  // frame_count() is the number at the time of the call. Throws Error(io), or Error(input) naming
+  // the file that is missing, corrupt or of another format.
   explicit TrajectoryReader(const std::filesystem::path& directory);
   ~TrajectoryReader();
   TrajectoryReader(const TrajectoryReader&) = delete;
   TrajectoryReader& operator=(const TrajectoryReader&) = delete;
 
-  // resolved_scene is the JSON value that was written, with other indentation.
+  // resolved_scene is the JSON value as written, possibly with other indentation.
   const TrajectoryHeader& header() const;
   uint64_t frame_count() const;
-  // `index` < frame_count(). Keeps the last chunk decoded: reading in order is cheap. Throws like
-  // the constructor. Not for several threads at once.
+  // `index` < frame_count(). Keeps the last chunk decoded, so reading in order is cheap. Throws as
+  // the constructor does. Not thread-safe.
   void read(uint64_t index, TrajectoryFrame& frame);
-  // From now on bodies with 1 are read as not present; one value a body, or none: all are as they
-  // are.
+  // Reports bodies with 1 as absent from now on. One value per body; empty: hide none.
   void hide(std::vector<uint8_t> bodies);
   const std::vector<uint8_t>& hidden() const;
 

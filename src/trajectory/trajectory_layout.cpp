@@ -4,9 +4,9 @@
 
 namespace pilesim::trajectory_layout {
 
-// 2 MiB of orientations: bodies at rest repeat within zstd's window, a reader that jumps to a frame
-// decodes little, and rewriting a chunk that is not yet full costs milliseconds. At most 256
-// frames, so that a few bodies do not make readers decode (zeros of) hours.
+// 2 MiB of orientations: bodies at rest repeat within zstd's window, a jump to a frame decodes
+// little, and rewriting an incomplete chunk takes milliseconds. At most 256 frames, so that readers
+// of a few bodies need not decode hours of zeros.
 uint64_t frames_per_chunk(uint64_t body_count) {
   constexpr uint64_t kChunkBytes = 2 << 20;
   constexpr uint64_t kMostFrames = 256;

@@ -1,4 +1,4 @@
-// Names and shapes in a trajectory store, shared by its writer and its reader.
+// Names and shapes in a trajectory store, shared by writer and reader.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 namespace pilesim::trajectory_layout {
 
 inline constexpr char kFormat[] = "pilesim-trajectory";
-// Readers accept this version only. Raise it with every change that old readers would misread.
+// Readers accept only this version. Raise it with every change that old readers would misread.
 inline constexpr int kVersion = 3;
 
-// Frames in a chunk of position, orientation and state alike.
+// Frames per chunk of the position, orientation and state arrays.
 uint64_t frames_per_chunk(uint64_t body_count);
 
 ZarrLayout position(uint64_t body_count);

@@ -187,7 +187,7 @@ TrajectoryHeader read_header(const fs::path& store) {
     shape.type = attribute<std::string>(file, shapes[i], "type", "a type of shapes");
     shape.file = attribute<std::string>(file, shapes[i], "file", "the name of a file, or none");
     shape.scale = attribute<double>(file, shapes[i], "scale", "metres per unit of the file");
-    shape.is_z_up = shapes[i].contains("up") &&  // older ones have none
+    shape.is_z_up = shapes[i].contains("up") &&  // older files lack it
                     attribute<std::string>(file, shapes[i], "up", "y or z") == "z";
     const auto c = attribute<std::array<double, 3>>(file, shapes[i], "centre_of_mass", "x, y, z");
     shape.centre_of_mass = {c[0], c[1], c[2]};
@@ -222,7 +222,7 @@ TrajectoryHeader read_header(const fs::path& store) {
   return header;
 }
 
-// An array over frames, with the chunk that was used last.
+// An array over frames, with the last used chunk.
 struct FrameArray {
   ZarrArray array;
   std::vector<std::byte> bytes;
@@ -231,7 +231,7 @@ struct FrameArray {
   const std::byte* frame(uint64_t index) {
     const uint64_t wanted = index / array.rows_per_chunk;
     if (wanted != chunk) {
-      chunk = kNoChunk;  // Nothing is decoded should reading throw.
+      chunk = kNoChunk;  // Leave no decoded chunk if reading throws.
       read_zarr_chunk(array, wanted, bytes);
       chunk = wanted;
     }
@@ -245,7 +245,7 @@ struct TrajectoryReader::State {
   TrajectoryHeader header;
   FrameArray position, orientation, state;
   uint64_t frame_count = 0;
-  std::vector<uint8_t> hidden;  // a value a body, or none
+  std::vector<uint8_t> hidden;  // one value per body, or empty
 };
 
 TrajectoryReader::TrajectoryReader(const fs::path& directory) : state_(std::make_unique<State>()) {
@@ -259,7 +259,7 @@ TrajectoryReader::TrajectoryReader(const fs::path& directory) : state_(std::make
   s.position.array = over_frames("position", layout::position(bodies));
   s.orientation.array = over_frames("orientation", layout::orientation(bodies));
   s.state.array = over_frames("state", layout::state(bodies));
-  // They differ by the frames of one write where the writer was killed between the three.
+  // After a kill during a write, the three arrays may differ by that write's frames.
   s.frame_count = std::min({s.position.array.rows, s.orientation.array.rows, s.state.array.rows});
 }
 

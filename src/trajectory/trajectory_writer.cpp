@@ -24,7 +24,7 @@ size_t index_in(const Textures& textures, const Texture& texture) {
   return static_cast<size_t>(found - textures.begin());
 }
 
-// Those of all shapes, each once: shapes share them where they are of one file, or of one picture.
+// Textures of all shapes without repetitions: shapes of one file or picture share them.
 Textures all_textures(const TrajectoryHeader& header) {
   Textures textures;
   for (const TrajectoryShape& shape : header.shapes) {
@@ -39,7 +39,7 @@ ordered_json attributes(const TrajectoryHeader& header, const Textures& textures
   ordered_json json;
   json["format"] = layout::kFormat;
   json["format_version"] = layout::kVersion;
-  // Those of all pilesim's files, said for readers that ask.
+  // True of all pilesim's files, stated for readers that need it.
   json["handedness"] = "right";
   json["up_axis"] = "y";
   json["metres_per_unit"] = 1;
@@ -81,9 +81,9 @@ void write_whole_array(const fs::path& directory, const ZarrLayout& rows_layout,
   if (!rows.empty()) write_zarr_chunk(array, 0, std::as_bytes(std::span(rows)));
 }
 
-// `textures`: of all shapes.
+// `textures`: those of all shapes.
 void write_texture_map(const fs::path& directory, const TextureMap& map, const Textures& textures) {
-  std::vector<uint32_t> number = {0};  // of its own, from 1 on
+  std::vector<uint32_t> number = {0};  // its own numbers, from 1
   for (const std::shared_ptr<const Texture>& texture : map.textures) {
     number.push_back(1 + static_cast<uint32_t>(index_in(textures, *texture)));
   }
@@ -138,8 +138,8 @@ void write_header(const fs::path& store, const TrajectoryHeader& header, const T
   }
 }
 
-// Rounding of each body's positions, m, so that they take few bytes: a power of two, at most a
-// ten-millionth of the body's size; 0 for planes, which are stored as they are.
+// Rounding step of each body's positions, m, for better compression: a power of two, at most a
+// ten-millionth of the body's size; 0 for planes, which are stored exactly.
 std::vector<double> position_steps(const TrajectoryHeader& header) {
   constexpr double kOfSize = 1e-7;
   std::vector<double> of_shape;
@@ -172,9 +172,9 @@ void check(const TrajectoryHeader& header) {
 struct TrajectoryWriter::State {
   size_t body_count = 0;
   std::vector<double> step_m;  // (B) see position_steps()
-  // Ends with position: its length is the number of frames of all three.
+  // Position is written last: its length is the frame count of all three.
   ZarrArray state, orientation, position;
-  // The frames of the current chunk, as they lie in it.
+  // The frames of the current chunk, in its layout.
   std::vector<uint8_t> state_rows;
   std::vector<float> orientation_rows;
   std::vector<double> position_rows;
@@ -186,7 +186,7 @@ struct TrajectoryWriter::State {
 
   uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
 
-  // The arrays over frames of a store that is there, or is to be.
+  // Opens the arrays over frames of a store, or creates them.
   State(const fs::path& directory, const TrajectoryHeader& header, double longest_s)
       : body_count(header.body_count()),
         step_m(position_steps(header)),
@@ -202,7 +202,7 @@ struct TrajectoryWriter::State {
     position = frames_of("position", layout::position(bodies));
   }
 
-  // Takes what is on disk of the first `frames` frames.
+  // Keeps the first `frames` frames on disk.
   void go_on_after(uint64_t frames) {
     chunk = frames / frames_per_chunk();
     frames_in_chunk = frames % frames_per_chunk();
@@ -274,7 +274,7 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
                     "unit quaternion (w, x, y, z), body to world");
   create_zarr_array(state_->position, {"frame", "body", "xyz"},
                     "m, centre of mass, world frame, y up");
-  // Last: what has it is whole.
+  // Written last: a store with this file is complete.
   write_zarr_json(directory / ".zattrs", attributes(header, textures));
 }
 
@@ -288,7 +288,7 @@ TrajectoryWriter::~TrajectoryWriter() {
   try {
     close();
   } catch (const Error&) {
-    // Said in the header: who wants to hear of it calls close().
+    // As the header says: call close() to receive errors.
   }
 }
 
@@ -297,7 +297,7 @@ void TrajectoryWriter::append(const TrajectoryFrame& frame) {
   assert(frame.position.size() == s.body_count && frame.orientation.size() == s.body_count &&
          frame.state.size() == s.body_count);
   if (s.frames_in_chunk == s.frames_per_chunk()) {
-    s.write();  // Only has something to do where the last attempt failed.
+    s.write();  // only has work if the last attempt failed
     s.start_chunk();
   }
   for (size_t body = 0; body < s.body_count; ++body) {

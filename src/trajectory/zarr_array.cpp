@@ -16,9 +16,9 @@ using nlohmann::ordered_json;
 
 namespace {
 
-// Level 1: see docs/files.md for what the others give.
+// docs/files.md compares level 1 with others.
 constexpr int kZstdLevel = 1;
-// Rows that differ, as those of a mesh do, are not compressed by more than this.
+// Varying rows, such as a mesh's, do not compress by more than this factor.
 constexpr uint64_t kMostExpansion = 1000;
 constexpr char kRemedy[] = "Run the simulation again; a trajectory is not mended by hand";
 
@@ -44,7 +44,7 @@ ordered_json dimensions(uint64_t rows, const ZarrLayout& layout) {
   return all;
 }
 
-// Zarr forbids chunks without extent, also in arrays that have none.
+// Zarr forbids empty chunks, even in empty arrays.
 ordered_json chunk_dimensions(const ZarrArray& array) {
   ordered_json all = dimensions(array.rows_per_chunk, array.layout);
   for (ordered_json& extent : all) extent = std::max<uint64_t>(1, extent);
@@ -64,7 +64,7 @@ ordered_json metadata(const ZarrArray& array) {
   return json;
 }
 
-// Its parent must exist: one that was removed meanwhile is not made again, without its other
+// The parent must exist: a store removed in the meantime must not reappear without its other
 // content.
 void make_directory(const fs::path& directory) {
   std::error_code fault;
@@ -80,7 +80,7 @@ std::vector<std::byte> compress(std::span<const std::byte> bytes) {
   std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
   const size_t size =
       ZSTD_compress2(context.get(), packed.data(), packed.size(), bytes.data(), bytes.size());
-  assert(!ZSTD_isError(size));  // the room is enough by ZSTD_compressBound
+  assert(!ZSTD_isError(size));  // ZSTD_compressBound guarantees the room
   packed.resize(size);
   return packed;
 }
@@ -90,7 +90,7 @@ void require_file(const fs::path& file) {
   if (!fs::exists(file, fault)) reject_missing(file);
 }
 
-// A number of rows or an extent: also keeps products of them from overflowing.
+// Bound on a number of rows or an extent, so that products of them do not overflow.
 constexpr uint64_t kMostExtent = uint64_t{1} << 32;
 uint64_t extent_of(const ordered_json& value) {
   return value.is_number_unsigned() ? std::min(value.get<uint64_t>(), kMostExtent) : kMostExtent;
@@ -173,7 +173,7 @@ ZarrArray open_zarr_array(const fs::path& directory, const ZarrLayout& expected,
     reject(file, "has chunks of " + std::to_string(array.rows_per_chunk) + " rows",
            "at most " + std::to_string(most_rows_per_chunk));
   }
-  // All else is written in one way only.
+  // All other members have only one valid form.
   const ordered_json written = metadata(array);
   for (const auto& [key, value] : written.items()) {
     if (key == "compressor") {
@@ -197,7 +197,7 @@ void read_zarr_chunk(const ZarrArray& array, uint64_t index, std::vector<std::by
   require_file(file);
   const std::string packed = read_file(file);
   const std::string expected = "a zstd frame of " + std::to_string(array.chunk_bytes()) + " bytes";
-  // Looked at before memory is taken for it.
+  // Check before allocating memory for it.
   const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) {
     reject(file, "is corrupt: not a zstd frame", expected);
@@ -227,7 +227,7 @@ std::vector<std::byte> read_zarr_rows(const ZarrArray& array, bool known_rows) {
   std::vector<std::byte> bytes;
   if (array.rows == 0) return bytes;
   if (!known_rows) {
-    std::error_code fault;  // a file that is not there is read_zarr_chunk()'s to tell
+    std::error_code fault;  // read_zarr_chunk() reports a missing file
     const uint64_t packed = fs::file_size(array.chunk_file(0), fault);
     if (!fault && array.chunk_bytes() / kMostExpansion > packed) {
       reject(array.chunk_file(0), "holds " + std::to_string(packed) + " bytes",

@@ -1,6 +1,6 @@
 // The part of Zarr v2 (https://zarr-specs.readthedocs.io, "Zarr storage specification version 2")
-// that a trajectory uses: arrays in a directory store, C order, little-endian, cut into chunks
-// along their first axis only ("rows"), each chunk one zstd frame with a checksum.
+// that trajectories use: arrays in a directory store, C order, little-endian, chunked along their
+// first axis only ("rows"). Each chunk is one zstd frame with a checksum.
 #pragma once
 
 #include <cstddef>
@@ -32,39 +32,39 @@ struct ZarrArray {
   std::filesystem::path chunk_file(uint64_t index) const;
 };
 
-// Writing. All of it throws Error(io).
+// Writing. All functions throw Error(io).
 
-// A JSON file of the store. In ASCII, which is all that Debian's python3-zarr reads.
+// Writes a JSON file of the store in ASCII, since Debian's python3-zarr reads nothing else.
 void write_zarr_json(const std::filesystem::path& file, const nlohmann::ordered_json& json);
-// Makes `directory`, whose parent is there, a group.
+// Creates a group at `directory`, whose parent must exist.
 void create_zarr_group(const std::filesystem::path& directory);
-// Makes the directory of `array`, whose parent is there, and describes it: `dimensions` are the
-// names of its axes, which xarray takes from the attributes; `meaning` is for people.
+// Creates the directory of `array`, whose parent must exist, with its metadata. `dimensions` are
+// the names of its axes, which xarray reads from the attributes; `meaning` is for people.
 void create_zarr_array(const ZarrArray& array, const std::vector<std::string>& dimensions,
                        const std::string& meaning);
-// `rows`: at most a chunk of them, the rest is filled with zeros.
+// `rows`: at most one chunk of rows; zeros fill the rest.
 void write_zarr_chunk(const ZarrArray& array, uint64_t index, std::span<const std::byte> rows);
-// Makes array.rows known to readers. In one go: readers see the old number or the new one.
+// Publishes array.rows atomically: readers see either the old number or the new one.
 void write_zarr_shape(const ZarrArray& array);
 
-// Reading. Throws Error(io) where a file cannot be read and Error(input), naming the file, where it
-// is missing or not as expected.
+// Reading. Functions throw Error(io) if a file cannot be read, and Error(input) that names the file
+// if it is missing or not as expected.
 
-// A JSON file of the store.
+// Reads a JSON file of the store.
 nlohmann::ordered_json read_zarr_json(const std::filesystem::path& file);
-// `most_rows_per_chunk`: what writers keep to, which bounds the memory that a chunk takes.
+// `most_rows_per_chunk`: the writer's limit, which bounds the memory for a chunk.
 ZarrArray open_zarr_array(const std::filesystem::path& directory, const ZarrLayout& expected,
                           uint64_t most_rows_per_chunk);
-// chunk_bytes() of them.
+// Reads chunk_bytes() bytes.
 void read_zarr_chunk(const ZarrArray& array, uint64_t index, std::vector<std::byte>& bytes);
 
-// An array that is a single chunk.
+// Opens an array that is a single chunk.
 ZarrArray open_whole_zarr_array(const std::filesystem::path& directory, const ZarrLayout& expected);
-// All rows of one, as they lie. `known_rows`: that their number is known from elsewhere; else it is
-// held to what numbers that differ can take when compressed.
+// All rows of an array, as bytes. `known_rows`: their number is known from elsewhere; otherwise it
+// is limited to what varying numbers can take when compressed.
 std::vector<std::byte> read_zarr_rows(const ZarrArray& array, bool known_rows);
 
-// The same as values of T: numbers, or a std::array of them for a row.
+// The same as values of T: numbers, or a std::array of them per row.
 template <typename T>
 std::vector<T> read_zarr_values(const ZarrArray& array, bool known_rows) {
   const std::vector<std::byte> bytes = read_zarr_rows(array, known_rows);

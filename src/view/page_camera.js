@@ -1,4 +1,4 @@
-// The mouse, fingers and the wheel move a camera about a point.
+// Moves a camera about a point by mouse, touch and wheel.
 
 class Orbit {
   constructor(canvas, start, changed, tapped) {
@@ -31,7 +31,7 @@ class Orbit {
   view() {
     const level = Math.cos(this.height);
     const back = [level * Math.sin(this.around), Math.sin(this.height), level * Math.cos(this.around)];
-    // What fits a wide window is to fit a narrow one, too.
+    // A view that fits a wide window must also fit a narrow one.
     const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
     const fov = aspect >= 1.3 ? this.fov : 2 * Math.atan(Math.tan(this.fov / 2) * Math.min(2.6, 1.3 / aspect));
     return { eye: add(this.target, times(back, this.distance)), target: this.target, fov };

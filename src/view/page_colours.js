@@ -1,4 +1,4 @@
-// What the colours of bodies tell. Each: {name, legend(), of(body, state, frame) -> [r, g, b]}.
+// Ways to colour bodies, each {name, legend(), of(body, state, frame) -> [r, g, b]}.
 
 const RAMP = [[68, 40, 120], [59, 82, 139], [33, 145, 140], [94, 201, 98], [240, 215, 50]];
 const HEAT = [[120, 150, 185], [238, 205, 110], [222, 110, 45], [165, 25, 40]];
@@ -9,7 +9,7 @@ function ramp(colours, share) {
 }
 const css = (c) => `rgb(${c.map(Math.round).join(",")})`;
 
-// Colours go by the square root of what they tell: the middle is a quarter of the end.
+// Colours follow the square root of the value: the middle colour is a quarter of the end.
 function byRamp(key, name, colours, most, ends, share) {
   return {
     key, name,
@@ -19,7 +19,7 @@ function byRamp(key, name, colours, most, ends, share) {
   };
 }
 
-// `classes`: [text, colour, test(state)], the first that fits.
+// `classes`: [text, colour, test(state)]; the first match counts.
 function byState(name, classes) {
   const find = (state) => classes.findIndex(([, , fits]) => fits(state));
   return {
@@ -31,7 +31,7 @@ function byState(name, classes) {
 }
 
 const FIXED = [150, 154, 160];
-const SOUND_OVERLAP = 0.02;  // of the mean body: up to so much counts as sound
+const SOUND_OVERLAP = 0.02;  // in mean diameters: overlaps up to this count as sound
 
 function colourings(trajectory, about) {
   const { colour } = trajectory;
@@ -72,7 +72,7 @@ function metres(value) {
 
 const percent = (share) => rounded(100 * share) + " %";
 
-// Three digits, without zeros at the end.
+// Three digits, without trailing zeros.
 function rounded(value) {
   return value === 0 ? "0" : Math.abs(value) >= 1000 ? Math.round(value).toLocaleString("en") : String(+value.toPrecision(3));
 }

@@ -1,4 +1,4 @@
-// The trajectory as the page holds it: view_data.cpp wrote what this reads, in the same order.
+// The trajectory in the page. It reads the output of view_data.cpp, in the same order.
 
 const STATE = { present: 1, asleep: 2, impulse: 4, held: 8, statistical: 16, frozen: 32, passed: 64, failed: 128 };
 
@@ -12,7 +12,7 @@ async function inflated(base64) {
 
 class Reader {
   constructor(bytes) { this.bytes = bytes; this.at = 0; }
-  // Copied: what lies at an odd place cannot be looked at as words.
+  // Copy: typed arrays cannot view words at unaligned offsets.
   take(Type, count) {
     const size = count * Type.BYTES_PER_ELEMENT;
     const part = this.bytes.slice(this.at, this.at + size);
@@ -23,7 +23,7 @@ class Reader {
     const [length] = this.take(Uint32Array, 1);
     return JSON.parse(new TextDecoder().decode(this.take(Uint8Array, length)));
   }
-  // Low bytes, then high bytes, of differences of differences that start anew with every body.
+  // Low bytes, then high bytes, of second differences that restart with every body.
   channel(firstOf, total) {
     const low = this.take(Uint8Array, total), high = this.take(Uint8Array, total);
     const values = new Uint16Array(total);
@@ -83,7 +83,7 @@ class Trajectory {
     this.stateCursor = this.firstChange.slice(0, n);
   }
 
-  // Before they are drawn.
+  // Call it before drawing.
   async unpackPictures() {
     this.pictures = await Promise.all(this.pictures.map((png) =>
       createImageBitmap(new Blob([png], { type: "image/png" }), { colorSpaceConversion: "none" })));
@@ -116,7 +116,7 @@ class Trajectory {
     return this.changeState[k];
   }
 
-  // x y z and the quaternion x y z w, into out[at ...].
+  // Writes x y z and the quaternion x y z w to out[at ...].
   pose(body, frame, out, at) {
     const k = this.keyOf(body, frame);
     const start = this.keyFrame[k];
@@ -139,7 +139,7 @@ class Trajectory {
     for (let c = 3; c < 7; ++c) out[at + c] *= length;
   }
 
-  // How deep it is in another at the measured moment that is nearest to `frame`, in mean diameters.
+  // Overlap of the body at the measured frame nearest to `frame`, in mean diameters.
   overlap(body, frame) {
     const at = this.moments;
     let k = 0;
@@ -147,7 +147,7 @@ class Trajectory {
     return this.depth[at.length * body + k] * this.depthUnit;
   }
 
-  // m a frame.
+  // In m per frame.
   speed(body, frame) {
     const k = this.keyOf(body, frame);
     if (k + 1 === this.firstKey[body + 1]) return 0;

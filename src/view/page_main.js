@@ -1,4 +1,4 @@
-// The page: what is played, shown and said.
+// The page: playback, settings and texts.
 
 const $ = (selector) => document.querySelector(selector);
 const ABOUT = JSON.parse($("#about-json").textContent);
@@ -130,7 +130,7 @@ class Page {
     requestAnimationFrame((next) => this.step(next));
   }
 
-  // Where pictures take long they get simpler, and the page says so.
+  // Simplifies pictures that take long, and says so on the page.
   keepUp(past) {
     this.slow = past > 1 / 24 ? (this.slow || 0) + 1 : 0;
     if (this.slow < 12) return;
@@ -248,7 +248,7 @@ class Page {
     }
   }
 
-  // How many bodies move, over time, and where we are.
+  // Plots the number of moving bodies over time, with the current position.
   drawTrack() {
     const canvas = $("#track canvas"), scale = window.devicePixelRatio || 1;
     const width = canvas.width = Math.max(1, canvas.clientWidth * scale), height = canvas.height = Math.max(1, canvas.clientHeight * scale);
@@ -297,7 +297,7 @@ function makeSigns(trajectory) {
   return signs;
 }
 
-// Lines from the centre of each of two bodies to where they are glued, while they are.
+// Lines between the centres of two bodies and their spot of glue, while it holds.
 class Glue {
   constructor(pairs, trajectory) {
     const bodies = new Map(Array.from(trajectory.id, (id, body) => [id, body]));
@@ -307,7 +307,7 @@ class Glue {
       .filter(({ a, b }) => a !== undefined && b !== undefined);
   }
 
-  // `instances`: the bodies as they are at `frame`.
+  // `instances`: the bodies' poses at `frame`.
   follow(frame, instances) {
     const points = [];
     for (const { a, b, arm, from, until } of this.pairs) {

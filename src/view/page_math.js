@@ -1,4 +1,4 @@
-// Vectors are arrays; matrices are 16 numbers, column by column, as WebGL has them.
+// Vectors are arrays; matrices are 16 numbers in column-major order, as in WebGL.
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -7,7 +7,7 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const norm = (a) => Math.hypot(a[0], a[1], a[2]);
 const unit = (a) => times(a, 1 / (norm(a) || 1));
-// By a unit quaternion x y z w.
+// Rotates by a unit quaternion x y z w.
 const turned = (a, [x, y, z, w]) => {
   const t = times(cross([x, y, z], a), 2);
   return add(add(a, times(t, w)), cross([x, y, z], t));

@@ -1,4 +1,4 @@
-// The files of the page, by CMake.
+// The files of the page, embedded by CMake.
 #pragma once
 
 #include <string_view>

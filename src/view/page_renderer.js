@@ -63,16 +63,16 @@ float lit(vec4 place) {
 const BODY_FRAGMENT = COMMON + LIGHT + `
 in vec3 at, facing, tint;
 in vec4 inShadow;
-flat in vec3 own;  // roots of linear light
+flat in vec3 own;  // square roots of linear light
 in vec2 place2;
-flat in vec3 finish;  // roughness, clear coat, whether it has colours of its own
+flat in vec3 finish;  // roughness, clear coat, whether it has its own colours
 flat in int body;
 uniform int picked;
 uniform bool painted, textured;
 uniform sampler2D picture;
 out vec4 result;
 vec3 skyTowards(float up) { return mix(vec3(0.30, 0.28, 0.27), vec3(0.60, 0.66, 0.74), 0.5 + 0.5 * up); }
-// Of the sun, by microfacets; of a roughness of 0.45 as wide as a power of 47.
+// Microfacet highlight of the sun; at a roughness of 0.45 it is as wide as a power of 47.
 float highlight(float roughness, float cosine) {
   float power = 2.0 / pow(max(roughness, 0.15), 4.0) - 2.0;
   return 0.1 * (power + 2.0) / 49.0 * pow(max(cosine, 0.0), power);
@@ -145,7 +145,7 @@ void main() {
 
 const HORIZON = [0.906, 0.914, 0.918];
 const SUN = unit([0.42, 0.82, 0.38]);
-const INSTANCE = 8;  // floats: place, turn, colour as four bytes
+const INSTANCE = 8;  // floats: position, rotation, colour as four bytes
 
 class Renderer {
   constructor(canvas, trajectory) {
@@ -188,7 +188,7 @@ class Renderer {
     return { id, at };
   }
 
-  // Number 0 is for what has none.
+  // Number 0 stands for no picture.
   makePictures(trajectory) {
     const gl = this.gl, finer = gl.getExtension("EXT_texture_filter_anisotropic");
     this.pictures = [new ImageData(1, 1), ...trajectory.pictures].map((picture) => {
@@ -203,7 +203,7 @@ class Renderer {
     gl.bindTexture(gl.TEXTURE_2D, null);
   }
 
-  // Bodies of one shape lie together: a draw call a shape and picture.
+  // Bodies of one shape are contiguous: one draw call per shape and picture.
   makeBatches(trajectory) {
     const gl = this.gl, n = trajectory.count;
     this.floats = new Float32Array(INSTANCE * n);
@@ -369,8 +369,8 @@ class Renderer {
     this.drawSigns(signs);
   }
 
-  // Translucent: {kind: "triangles" | "lines" | "points", points: Float32Array, ink: [r, g, b, a]}, also:
-  // `through` bodies, with points that it `moves`.
+  // Translucent: {kind: "triangles" | "lines" | "points", points: Float32Array, ink: [r, g, b, a]};
+  // also `through` for signs drawn through bodies, and `moves` for points that move.
   drawSigns(signs) {
     if (signs.length === 0) return;
     const gl = this.gl, { id, at } = this.programs.sign;
@@ -400,7 +400,7 @@ class Renderer {
     gl.disable(gl.BLEND);
   }
 
-  // The body at a place of the canvas in its own pixels from the top left corner; -1: none.
+  // The body at a pixel of the canvas, counted from the top left corner; -1: none.
   bodyAt(x, y, view, scene) {
     const gl = this.gl, width = this.canvas.width, height = this.canvas.height;
     const target = gl.createFramebuffer(), colour = gl.createRenderbuffer(), depth = gl.createRenderbuffer();

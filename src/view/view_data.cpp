@@ -13,15 +13,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-// Most keys of a page: half a minute of 10,000 bodies that all move.
+// Most keys of a page: half a minute of 10,000 moving bodies.
 constexpr size_t kMostKeys = 9'000'000;
-// Twice the triangles that machines without a graphics card draw 30 times a second.
+// Twice the triangles that machines without a graphics card draw 30 times per second.
 constexpr size_t kMostTriangles = 1'200'000;
-constexpr size_t kMoments = 240;           // of the curve of moving bodies
-constexpr float kStepOfRadius = 5e-4f;     // finer than what is seen
-constexpr size_t kOfFast = 98;             // per cent are slower
+constexpr size_t kMoments = 240;           // points of the curve of moving bodies
+constexpr float kStepOfRadius = 5e-4f;     // finer than visible
+constexpr size_t kOfFast = 98;             // per cent of speeds below the scale's end
 constexpr size_t kMostMeasured = 200'000;  // bodies times frames: under a minute
-constexpr int kLargestPicture = 1024;      // texels a side: a page is sent by mail
+constexpr int kLargestPicture = 1024;      // texels per side, so that a page can be sent by mail
 
 bool is_present(uint8_t state) { return (state & kPresent) != 0; }
 
@@ -29,7 +29,7 @@ bool moves(const ExportSource& source, size_t body) {
   return source.header().body_moves[source.bodies()[body].id] != 0;
 }
 
-// Every n-th moving body by number, as a sample of the whole pile.
+// Takes every n-th moving body by number, as a sample of the whole pile.
 void choose_bodies(const ExportSource& source, uint64_t most, ViewData& data) {
   std::vector<uint32_t> moving;
   for (uint32_t i = 0; i < source.bodies().size(); ++i) {
@@ -54,7 +54,7 @@ void choose_frames(const ExportSource& source, ViewData& data) {
   data.frames = (source.frame_count() - 1) / data.every + 1;
 }
 
-// Where each body is over the time, and where the pile is.
+// Finds the positions of each body over time, and of the pile.
 void find_places(ExportSource& source, ViewData& data) {
   TrajectoryFrame poses;
   std::array<std::vector<float>, 3> places;
@@ -204,7 +204,7 @@ RenderMesh mesh_of(const TrajectoryShape& shape, bool is_painted, float plane_re
       std::array<std::array<uint32_t, 3>, 2>{{{0, 1, 2}, {0, 2, 3}}});
 }
 
-// `pictures`: of the mesh's textures.
+// `pictures`: numbers of the mesh's textures.
 void add_level(const RenderMesh& mesh, size_t index, const std::vector<uint32_t>& pictures,
                ViewMesh& view) {
   const MeshLevel& level = mesh.levels[index];
@@ -231,7 +231,7 @@ std::string picture_of(const Texture& texture, bool& is_shrunk) {
   return png_of(shrunk(texture, side(texture.width), side(texture.height)));
 }
 
-// The finest levels of which all bodies together have no more than so many triangles.
+// Chooses the finest levels with at most kMostTriangles triangles for all bodies together.
 void make_meshes(const ExportSource& source, ViewData& data) {
   const std::vector<TrajectoryShape>& shapes = source.header().shapes;
   std::vector<size_t> users(shapes.size()), level(shapes.size());
@@ -313,7 +313,7 @@ void append_mesh(std::string& bytes, const ViewMesh& mesh) {
   }
 }
 
-// Differences of differences, which are small where motion is smooth: low bytes, then high bytes.
+// Second differences, which are small where motion is smooth: low bytes, then high bytes.
 void append_channel(std::string& bytes, const std::vector<ViewTrack>& tracks, size_t channel) {
   std::string high;
   for (const ViewTrack& track : tracks) {

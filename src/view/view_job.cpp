@@ -53,7 +53,7 @@ std::string number(size_t count, const std::string& one, const std::string& many
   return grouped(count) + ' ' + (count == 1 ? one : many);
 }
 
-// Text on bodies and frames that the page omits.
+// Text about the bodies and frames that the page omits.
 std::string thinned_text(const ExportSource& source, const ViewData& data) {
   std::string text;
   if (data.moving_bodies < data.all_moving_bodies) {

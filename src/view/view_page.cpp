@@ -2,17 +2,17 @@
 
 #include <zlib.h>
 
-#include <nlohmann/json.hpp>
 #include <new>
+#include <nlohmann/json.hpp>
 
 #include "view/page_parts.h"
 
 namespace pilesim {
 namespace {
 
-constexpr int kLevel = 9;  // slow to write, and written once
+constexpr int kLevel = 9;  // slow, but runs once
 
-// JSON that ends no <script> before its time.
+// JSON that cannot close a <script> element.
 std::string within_script(const nlohmann::ordered_json& json) {
   std::string text;
   for (const char c : json.dump()) {

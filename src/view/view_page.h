@@ -1,4 +1,4 @@
-// The page itself, of what it is to say and to hold.
+// Assembles the page from its texts and data.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -6,7 +6,7 @@
 
 namespace pilesim {
 
-// HTML. `about` is what page_main.js reads; `bytes` what page_data.js does, before compression.
+// HTML. page_main.js reads `about`; page_data.js reads `bytes` (given before compression).
 std::string view_page(const nlohmann::ordered_json& about, const std::string& bytes);
 
 // zlib's format (RFC 1950), which browsers call deflate.

@@ -19,7 +19,7 @@ void append(Json& list, const Vec3& point) {
   for (const double value : point) list.push_back(rounded(value));
 }
 
-// A frame of the trajectory as one of the page; before its first one it is that.
+// Converts a frame of the trajectory to one of the page; earlier frames give the first.
 double frame_of_page(double frame, const ExportSource& source, const ViewData& data) {
   const auto first = static_cast<double>(source.frame(0));
   const double apart =
@@ -30,7 +30,7 @@ double frame_of_page(uint64_t frame, const ExportSource& source, const ViewData&
   return frame_of_page(static_cast<double>(frame), source, data);
 }
 
-// [body, other or -1 where that stands, place in the frame of the first, from, until or null]
+// [body, other or -1 if fixed, position in the frame of the first, from, until or null]
 Json glue_of(const PairLine& line, const ExportSource& source, const ViewData& data) {
   const double rate = source.header().frame_rate;
   Json glue = {line.a, line.b_stands ? -1 : static_cast<int64_t>(line.b)};
@@ -42,7 +42,7 @@ Json glue_of(const PairLine& line, const ExportSource& source, const ViewData& d
   return glue;
 }
 
-// From `origin`.
+// Coordinates are relative to `origin`.
 Json layers_of(const PileLayersChange& change, const Vec3& origin) {
   Json layers = Json::array();
   for (const LayeredPile& at : change.piles) {

@@ -1,4 +1,4 @@
-// Signs that a page draws over the pile: the guide, where bodies are held, and layers of piles.
+// Signs drawn over the pile: the guide, positions of fixed bodies, and layers of piles.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@
 namespace pilesim {
 
 // JSON text of an object with "guide": coordinates of triangles; "constraints": [frame, [x, y, z,
-// ...]]; "layers": [frame, [[bottom, top, x, z, ...]]]; of what there are files in `directory`.
-// m, frames of the page. Throws Error(input) for files that are not what their names say.
+// ...]]; "layers": [frame, [[bottom, top, x, z, ...]]]. Members exist as far as `directory` has the
+// files. Units: m, frames of the page. Throws Error(input) for invalid files.
 std::string view_signs(const std::filesystem::path& directory, const ExportSource& source,
                        const ViewData& data);
 
