@@ -45,13 +45,13 @@ struct PlannedRun {
   uint64_t seed;
   fs::path directory;
   std::vector<std::string> overrides;
-  std::string key;  // of all that its result depends on
+  std::string key;  // hash of everything its result depends on
 };
 
 struct Plan {
-  LoadedScene scene;             // with the job's overrides, in its own mode
+  LoadedScene scene;             // with the job's overrides, in the scene's own mode
   std::vector<ModeSpec> modes;   // the reference first
-  std::vector<PlannedRun> runs;  // seed by seed
+  std::vector<PlannedRun> runs;  // ordered by seed
   Scene reference_scene;
   std::string warning;  // empty: none
 };
@@ -62,7 +62,7 @@ std::vector<std::string> joined(std::vector<std::string> first,
   return first;
 }
 
-// Changes with anything that the result of a run depends on: the program, the scene, its files.
+// Depends on everything that affects the result of a run: the program, the scene, its files.
 std::string run_key(const std::string& program_hash, const LoadedScene& loaded) {
   return content_hash(program_hash + scene_hash(loaded));
 }
@@ -87,9 +87,9 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
   return modes;
 }
 
-// Throws what the run would throw at its start: a mode with another mesh's signature, say. Measures
-// the signatures that it would measure, so that each run finds them in the cache; where there is
-// none, that is told.
+// Throws errors that the run would throw at its start, such as a mode with another mesh's
+// signature. Measures the signatures that the run needs, so that each run finds them in the cache.
+// If there is no cache, the returned text says so.
 std::string require_simulator(const Scene& scene, ProgressMode progress) {
   Model model = build_model(scene);
   fill_guide(scene, model);
@@ -103,7 +103,7 @@ std::string require_simulator(const Scene& scene, ProgressMode progress) {
   return unkept;
 }
 
-// Problems that come from the mode name it: the user has not written its overrides.
+// Errors in a mode's overrides name the mode, since the user has not written the overrides.
 LoadedScene load_in_mode(const ComparisonJob& job, const ModeSpec& mode,
                          const std::vector<std::string>& overrides) {
   try {
@@ -149,7 +149,7 @@ Plan make_plan(const ComparisonJob& job) {
       run.overrides.push_back("/seed=" + std::to_string(seed));
       const LoadedScene loaded = load_in_mode(job, mode, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
-      // Each seed may draw other materials; the impulse mode needs no signatures of them.
+      // Each seed may sample other materials; only the impulse mode needs no signatures for them.
       if (i == 0 || loaded.scene.simulator.mode != SimulatorMode::impulse) {
         std::string unkept = naming(job.scene_file.string(),
                                     [&] { return require_simulator(loaded.scene, job.progress); });
@@ -194,7 +194,7 @@ void simulate(const ComparisonJob& job, const PlannedRun& run) {
   Subprocess process(command, "pilesim");
   while (!interrupted() && !process.ends_within(0.05)) {
   }
-  if (interrupted()) process.ask_to_end();  // once: it ends at once when it is asked again
+  if (interrupted()) process.ask_to_end();  // ask only once: a second request ends it at once
   const SubprocessResult result = process.wait();
   stop_if_interrupted(job);
   if (result.exit_status != 0) {
@@ -219,7 +219,7 @@ void simulate_all(const ComparisonJob& job, const Plan& plan) {
   }
 }
 
-// The last frame, with the velocities of the way from the one before.
+// The last frame, with velocities from the displacement since the frame before.
 BodyStates end_states(TrajectoryReader& trajectory) {
   TrajectoryFrame before, end;
   const uint64_t last = trajectory.frame_count() - 1;
@@ -275,11 +275,11 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
     const PlannedRun& run = plan.runs[i];
     ComparedMode& mode = comparison.modes[i % mode_count];
     TrajectoryReader trajectory(run.directory);
-    // A run that is resumed may have left its report in any state.
+    // A resumed run may have left its report in any state.
     ReportedRun report = read_report(run.directory / "report.json");
     ComparedRun result =
         read_run(job, run, report, judge_model, plan.reference_scene.gravity, trajectory);
-    // The reference's own error is its distance to its next seed.
+    // The reference's own error is its distance to the reference with the next seed.
     const size_t seed_index = i / mode_count;
     const size_t other = i % mode_count == 0
                              ? (seed_index + 1) % static_cast<size_t>(job.runs) * mode_count
@@ -292,7 +292,7 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
   return comparison;
 }
 
-// The end of each mode's first run.
+// Adds pictures of the end of each mode's first run.
 std::string put_pictures(const Plan& plan, const fs::path& page) {
   std::vector<EndPicture> pictures;
   for (size_t i = 0; i < plan.modes.size(); ++i) {
@@ -333,7 +333,7 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   const auto there = claim_output(job.output, own, job.force || job.resume);
   const Plan plan = make_plan(job);
   install_interrupt_handler();
-  // A report never stands beside runs that it is not of.
+  // A report must never stand beside runs of another comparison.
   lock.make_directory();
   remove_output(job.resume ? claim_output(job.output, kComparisonEntries, true) : there);
   simulate_all(job, plan);

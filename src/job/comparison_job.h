@@ -1,5 +1,5 @@
-// A scene simulated in several ways over several seeds, and a report of speed against error: the
-// whole of `pilesim compare`.
+// Simulates a scene in several modes over several seeds, and reports speed against error: the whole
+// of `pilesim compare`.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@ struct ComparisonJob {
   std::filesystem::path scene_file;
   std::filesystem::path output;
   std::filesystem::path program;       // pilesim itself, which runs each simulation
-  std::vector<std::string> overrides;  // "/json/pointer=value", of all modes
+  std::vector<std::string> overrides;  // "/json/pointer=value", for all modes
   std::string modes;                   // "impulse:spheres7,statistical": mode_spec.h
-  std::string reference;  // empty: impulse:decomposition, or impulse where no body has a mesh
+  std::string reference;  // empty: impulse:decomposition, or impulse if no body has a mesh
   int runs = 5;           // >= 3: seeds scene.seed, scene.seed + 1, ...
   int times = 5;          // >= 1: moments at which distributions are compared
   bool force = false;     // replace an earlier comparison
@@ -28,19 +28,19 @@ struct ComparisonSummary {
   struct Line {
     std::string mode;
     double speed_up, speed_up_low, speed_up_high;
-    double error, error_low, error_high;  // the largest normalised one; not finite: none
-    std::string quantity;                 // that has it
+    double error, error_low, error_high;  // largest normalised error; NaN: none
+    std::string quantity;                 // the quantity with that error
   };
   std::vector<Line> lines;            // the reference first
-  std::vector<std::string> warnings;  // problems that did not stop it, one line each
+  std::vector<std::string> warnings;  // non-fatal problems, one line each
 };
 
-// Checks all modes before it runs any. Each run is `program simulate` in a process of its own, so
-// that its memory is its own, with its results in output/runs/MODE/seedN, seed by seed over all
-// modes. After Ctrl-C throws Error(interrupted); with `resume` the same job goes on from the runs
-// that were complete, if neither the scene, its files nor the program changed. The end of all runs
-// is judged by the reference's collision shapes. Throws Error(usage) where there are results
-// already and neither force nor resume, and what the runs throw, naming the run.
+// Checks all modes before any run. Each run is `program simulate` in its own process, so that
+// memory is measured separately, with results in output/runs/MODE/seedN; each seed runs in all
+// modes before the next. After Ctrl-C throws Error(interrupted). With `resume` the same job
+// continues after its complete runs, provided that scene, files and program are unchanged. The
+// reference's collision shapes judge the end of all runs. Throws Error(usage) if results exist and
+// neither force nor resume is set, and the errors of the runs, which name the run.
 ComparisonSummary run_comparison(const ComparisonJob& job);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// A director that steers a run besides the events of its scene, and its report at the end.
+// A director that steers a run in addition to the scene's events, and its final report.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// The report of a direction on a run.
+// A direction's report on a run.
 struct DirectedRun {
   std::string figures;             // JSON, for SimulationReport::piles; empty: none
   std::vector<std::string> lines;  // for people
@@ -23,20 +23,20 @@ struct DirectedRun {
 class Direction {
  public:
   virtual ~Direction() = default;
-  // To be called once. It must outlive the simulator.
+  // Call it once. The direction must outlive the simulator.
   virtual std::unique_ptr<Simulator> make_simulator() = 0;
-  // When the last frame is done, of what make_simulator() gave. Writes the files that belong beside
-  // the trajectory into `directory`. Throws Error(io).
+  // Call it after the last frame, with the result of make_simulator(). Writes the files that belong
+  // beside the trajectory into `directory`. Throws Error(io).
   virtual DirectedRun finish(const Simulator& simulator,
                              const std::filesystem::path& directory) const = 0;
 };
 
-// None: the scene's own simulator. Both must outlive it.
+// The scene's own simulator without a director. Both arguments must outlive the result.
 std::unique_ptr<Direction> no_direction(const Scene& scene, const Model& model);
 
-// By the scene's guide, or else by the angles of repose of its piles. All but `filling`, which is
-// of this model, must outlive it. Throws Error(input), naming `scene_file`, for a scene that cannot
-// be directed.
+// Directs by the scene's guide, or otherwise by the angles of repose of its piles. All arguments
+// except `filling`, which belongs to this model, must outlive the result. Throws Error(input)
+// naming `scene_file` if the scene cannot be directed.
 std::unique_ptr<Direction> direction_of(const std::filesystem::path& scene_file, const Scene& scene,
                                         const Model& model, const GuideFilling& filling);
 

@@ -17,7 +17,7 @@
 namespace pilesim {
 namespace {
 
-// Sharp enough for the width of a page, and 0.2 to 0.7 MB of it.
+// Sharp enough for the width of a page, at 0.2 to 0.7 MB.
 constexpr double kMostPixels = 800 * 450;
 
 // A small size with the scene's aspect ratio.
@@ -28,7 +28,7 @@ RenderSettings small(RenderSettings settings) {
   return settings;
 }
 
-// In a process of its own: drivers that the environment names wrongly crash.
+// In a separate process, since misconfigured drivers crash.
 std::string isolated_png(const std::function<std::string()>& draw_png) {
   constexpr IsolationLimits kLimits{.memory_bytes = uint64_t{64} << 30, .cpu_s = 600};
   constexpr char kDrawn = '+', kFailed = '-';

@@ -1,4 +1,4 @@
-// The pictures that reports open with: piles as they lie in the end.
+// The pictures at the top of reports: piles at the end of runs.
 #pragma once
 
 #include <filesystem>
@@ -9,22 +9,22 @@
 
 namespace pilesim {
 
-// A run, and where its end is shown on a page: html.h, picture_place().
+// A run, and the placeholder for its picture on a page: html.h, picture_place().
 struct EndPicture {
-  std::filesystem::path run;  // directory
-  std::string place, label;   // HTML; an empty label leaves what stands there
+  std::filesystem::path run;  // its directory
+  std::string place, label;   // HTML; an empty label keeps the present one
 };
 
-// Draws the last frame of each run into `page`, small, by one camera: the scene's own or one that
-// frames the events of the first run. Faults of drawing are not thrown, since the runs are whole
-// without pictures: the result says why pictures are missing, else it is empty. Throws Error(io)
-// where `page` cannot be written.
+// Draws the last frame of each run into `page`, small, with one camera: the scene's own, or one
+// that frames the first run. Errors of drawing are not thrown, since the runs are complete without
+// pictures: the returned text says why pictures are missing; otherwise it is empty. Throws
+// Error(io) if `page` cannot be written.
 std::string put_end_pictures(const std::filesystem::path& page, const Scene& scene,
                              std::span<const EndPicture> runs);
 
-// The same of one run, into its own report.html.
+// The same for one run, into its own report.html.
 std::string put_end_picture(const std::filesystem::path& run, const Scene& scene);
-// Only where there is none: what a run that was complete may have been killed before.
+// Only if it is missing: a complete run may have been killed before its picture.
 std::string put_missing_end_picture(const std::filesystem::path& run, const Scene& scene);
 
 }  // namespace pilesim

@@ -63,7 +63,7 @@ void inspect_frames(const FinishJob& job, const LoadedScene& loaded, const Model
                       .remedy = "Go on with the same command and --resume"});
 }
 
-// The run as it is read, and how it is finished, are part of what the work depends on.
+// The work depends on the input run and on the settings of finishing.
 CheckpointKey key_of(const std::string& scene_hash, const TrajectoryReader& source,
                      const BodyStates& start, const RestSettings& settings) {
   StateWriter writer;
@@ -71,8 +71,8 @@ CheckpointKey key_of(const std::string& scene_hash, const TrajectoryReader& sour
   return {.command = "finish", .program = program_hash(), .scene = content_hash(writer.bytes())};
 }
 
-// Whether what is in the output is the whole of this work. Throws Error(usage) for results that
-// nothing can be resumed from, Error(input) for those of other work.
+// True if the output is already complete for this work. Throws Error(usage) for results without a
+// state to resume from, Error(input) for those of other work.
 bool is_complete(const FinishJob& job, const std::vector<fs::path>& there,
                  const CheckpointKey& key) {
   const auto is_there = [&](const char* name) {
@@ -98,7 +98,7 @@ SimulationSummary run_finish(const FinishJob& job) {
   const BodyStates start = last_states(source, model, job.input.string());
   SimulationReport report = begin_report("finish", scene_file, loaded, model);
 
-  // The scene's own, where the command line says nothing else.
+  // The scene's settings, unless the command line overrides them.
   RestSettings settings = settings_of(loaded.scene.finish.value_or(Finish{}));
   if (job.longest_s) settings.longest_s = job.longest_s;
   settings.visible_only |= job.visible_only;

@@ -34,7 +34,7 @@ void move_to(const fs::path& from, const fs::path& to) {
   if (fault) throw io_error(to.string(), "cannot be written", fault.value());
 }
 
-// Writes checkpoints of a pile that comes to rest; begins where the last one stands.
+// Writes checkpoints of a pile on its way to rest; starts from an existing one.
 class RestRecorder {
  public:
   RestRecorder(const FinishStage& stage, const fs::path& directory, ExactRest& rest)

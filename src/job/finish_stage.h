@@ -1,4 +1,4 @@
-// The trajectory of a directory made to end in a sound pile.
+// Changes the trajectory of a directory so that it ends in a sound pile.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace pilesim {
 
-// Beside the trajectory while its pile comes to rest: where that stands.
+// The checkpoint beside the trajectory while its pile comes to rest.
 inline constexpr char kFinishingFile[] = "finishing.bin";
 
 RestSettings settings_of(const Finish& finish);
@@ -22,30 +22,30 @@ struct FinishStage {
   const Model& model;
   RestSettings settings;
   ProgressMode progress;
-  CheckpointKey key;           // what the pile and how it is finished are known by
-  double checkpoint_period_s;  // wall time between checkpoints, at least
+  CheckpointKey key;           // identifies the pile and the settings
+  double checkpoint_period_s;  // least wall time between checkpoints
 };
 
-// Reads `source`, and makes `directory`/`name`, a trajectory that is not there, of it. Goes on from
-// the checkpoint in `directory` where there is one, else begins and writes them. Ctrl-C while
-// bodies come to rest: all frames are written, and end where the bodies are then; while frames are
-// written: there are fewer. The figures say so; `frames` gets how many there are. Throws
-// Error(input) where the checkpoint is of something else.
+// Reads `source` and writes the new trajectory `directory`/`name`. Continues from a checkpoint in
+// `directory`, or starts and writes checkpoints. After Ctrl-C while bodies come to rest, it writes
+// all frames, and they end at the bodies' present poses; while frames are written, it stops early.
+// The figures say so; `frames` receives the number written. Throws Error(input) if the checkpoint
+// belongs to other work.
 FinishedPile finish_trajectory(const FinishStage& stage, const std::filesystem::path& source,
                                const BodyStates& start, const std::filesystem::path& directory,
                                const std::string& name, uint64_t& frames);
 
-// The same for the trajectory in `directory`, which the finished one replaces; the other is kept as
-// simulated.zarr. Where it is interrupted nothing is replaced.
+// The same for the trajectory in `directory`: the finished one replaces it, and the original is
+// kept as simulated.zarr. An interruption replaces nothing.
 FinishedPile finish_in_place(const FinishStage& stage, const std::filesystem::path& directory);
-// The gates judge finished bodies: in this pile those left are as fixed as the ground. Sets the
-// figures of those left.
+// The gates judge finished bodies: in this pile, bodies left as they are count as fixed. Sets the
+// figures of those bodies.
 PileQuality inspect_finished(const Scene& scene, const Model& model, FinishedPile& pile);
-// For people: where it went on.
+// A line for people about the resumption.
 std::string resumed_after(const FinishedPile& pile);
-// When all is written: removes files that are of use only while a pile is finished.
+// Removes the files that only an unfinished job needs; call it after everything is written.
 void forget_finishing(const std::filesystem::path& directory);
-// After a kill before that: the trajectory is again as it was simulated.
+// Restores the simulated trajectory after a kill before forget_finishing().
 void restore_simulated(const std::filesystem::path& directory);
 
 }  // namespace pilesim

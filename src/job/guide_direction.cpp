@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Share of the bodies that touched only the mould, above which a hint is printed.
+// Share of bodies held only by the mould, above which a hint is printed.
 constexpr double kManyHang = 0.05;
 
 std::string percent(double share) {

@@ -15,7 +15,7 @@
 namespace pilesim {
 namespace {
 
-// In extents of a body: as deep as the exact engines let it sleep at all.
+// In extents of a body: the deepest overlap at which exact engines let it sleep.
 constexpr double kDeepestSleeping = 0.02;
 
 bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
@@ -37,8 +37,8 @@ bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
                                         .expected = std::move(expected)});
 }
 
-// Movable bodies that are among `found` and not among the `take` highest of them. The first of
-// bodies that are level goes first.
+// Movable bodies among `found`, except the `take` highest. Of bodies at equal height, the first is
+// taken first.
 std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& found, uint64_t take,
                                  const Vec3& gravity) {
   std::vector<std::pair<double, uint32_t>> heights;
@@ -52,7 +52,7 @@ std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& fo
   return stays;
 }
 
-// Wakes overlapping bodies: asleep they would keep the overlap until something hits them.
+// Wakes overlapping bodies: asleep they would keep the overlap until an impact.
 void wake_overlapping(Model& model) {
   for (const StartOverlap& pair : model.start_overlaps) {
     for (const uint32_t i : {pair.a, pair.b}) {
@@ -83,7 +83,7 @@ LastState begin_from(const std::filesystem::path& directory, const Scene& scene,
   std::vector<bool> is_there;
   for (const uint8_t flags : there.flags) is_there.push_back((flags & kPresent) != 0);
   take_filling(header, is_there, model);
-  // Results for pairs of shapes that were compared: bodies share shapes.
+  // Results for pairs of shapes already compared: bodies share shapes.
   std::map<std::pair<uint32_t, uint32_t>, bool> same;
   LastState result;
   Hasher hasher;
@@ -123,7 +123,7 @@ LastState begin_from(const std::filesystem::path& directory, const Scene& scene,
   }
   if (take) {
     keep_bodies(left_by_taking(model, is_matched, *take, scene.gravity), model);
-    model.guide_fill.reset();  // who fills it is not there yet
+    model.guide_fill.reset();  // the bodies that fill it are not present
     result.taken = *take;
     result.matched -= *take;
     const uint64_t taken = *take;

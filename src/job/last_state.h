@@ -1,4 +1,4 @@
-// A scene that begins where another run stands or has ended.
+// Starts a scene from the current or last state of another run.
 #pragma once
 
 #include <cstddef>
@@ -12,24 +12,23 @@
 namespace pilesim {
 
 struct LastState {
-  size_t matched = 0;  // bodies that begin where the other run has those of their names
-  size_t taken = 0;    // bodies that are taken away before
-  std::string hash;    // of what was taken
+  size_t matched = 0;  // bodies that start in the state of the run's body of the same name
+  size_t taken = 0;    // bodies removed before the start
+  std::string hash;    // hash of the state used
 };
 
-// Bodies of `model` that can move, and have the name of one that is present in the last state of
-// the run in `directory`, begin there: at once, at its pose and with its velocities, asleep where
-// it sleeps and `scene` lets bodies sleep; in the impulse mode those wake that overlap others by
-// more than its engine lets sleep. Fills model.start_overlaps. Others are as the scene has them.
-// With `take` what is left of a pile that is emptied: of those bodies the so many that lie highest
-// against gravity are taken out of the model, with all that could move and is not there. Throws
-// Error(io), or Error(input) where no body has such a name, one has another shape there, or none
-// would be left.
+// Movable bodies of `model` start in the last state of the run in `directory` if a body of the same
+// name is present there. They appear at once, with its pose and velocities, and asleep if it sleeps
+// and `scene` allows sleep; in the impulse mode, bodies wake if they overlap others by more than
+// its engine lets sleep. Fills model.start_overlaps. Other bodies start as in the scene. `take`
+// models a pile that is emptied: it removes that many of these bodies, the highest against gravity,
+// and all movable bodies that are absent in the run. Throws Error(io), or Error(input) if no name
+// matches, a body has another shape there, or no body would remain.
 LastState begin_from(const std::filesystem::path& directory, const Scene& scene, Model& model,
                      std::optional<uint64_t> take);
 
-// That all frames of a run that is said to be complete can be read. Throws Error(input) naming the
-// file that is damaged, or Error(io).
+// Checks that all frames of a complete run can be read. Throws Error(input) naming the damaged
+// file, or Error(io).
 void require_whole_run(const std::filesystem::path& output);
 
 }  // namespace pilesim

@@ -31,13 +31,13 @@ namespace {
 
 using nlohmann::json;
 
-// One seed for all measurements: another seed of the scene changes no signature.
+// One seed for all measurements: the scene's seed must not change signatures.
 constexpr uint64_t kSeed = 1;
-// A third of what sample-signature measures by default: docs/lab/signatures.md.
+// A third of sample-signature's default: docs/lab/signatures.md.
 constexpr uint32_t kTrialsPerCell = 20;
 constexpr uint32_t kSpherePours = 1;
 
-// The surface of what has mass: the drawn mesh may be open.
+// The surface of the solid that carries the mass: the drawn mesh may be open.
 TriangleMesh solid_of(const ModelShape& shape, const MeshShape* mesh) {
   if (mesh == nullptr) return shape.mesh;
   MeshLibrary meshes;
@@ -57,7 +57,8 @@ MeasuredObject object_of(const Scene& scene, const ModelShape& shape, const Mate
           .material = {.restitution = material.restitution, .friction = material.friction}};
 }
 
-// As it collides in pours. Meshes are decomposed, however coarsely the scene has them collide.
+// The collision shape in pours. Meshes are decomposed, however coarse the scene's collision shape
+// is.
 ModelShape poured_shape(const MeasuredObject& object) {
   if (object.mesh == nullptr) return object.shape;
   Scene decomposed;
@@ -70,7 +71,7 @@ ModelShape poured_shape(const MeasuredObject& object) {
   return build_shape(decomposed, object.shape.source, meshes);
 }
 
-// Key of all that a signature follows from.
+// A key of everything that determines a signature.
 std::string cache_key(const MeasuredObject& object) {
   Hasher key;
   const std::string program = program_hash();
@@ -103,7 +104,7 @@ std::string cache_key(const MeasuredObject& object) {
   return key.digest();
 }
 
-// In `size` times its size. Lengths are all that is not scale-free.
+// The signature of a `size` times larger object. Only lengths depend on scale.
 std::shared_ptr<const Signature> in_size(const std::shared_ptr<const Signature>& own, double size) {
   if (size == 1 || !own) return own;
   auto other = std::make_shared<Signature>(*own);
@@ -136,7 +137,7 @@ std::optional<CacheFile> cache_file(const std::string& key) {
   return directory ? std::optional(CacheFile(*directory, "signature", key)) : std::nullopt;
 }
 
-// Name of a progress stage; JSON need not escape its letters.
+// Name of a progress stage, with letters that JSON need not escape.
 std::string stage_of(const std::string& shape, const char* stage) {
   std::string text = shape + ": " + stage;
   for (char& letter : text) {
@@ -158,14 +159,14 @@ std::string stage_of(const std::string& shape, const char* stage) {
   throw Error(error.kind(), std::move(problems));
 }
 
-// Measures what is not in the cache where `measure` is there; returns the time for it.
+// Uses the cache, and calls `measure`, if set, for missing signatures; returns the time for that.
 double fill(const Scene& scene, Model& model, ProgressMode progress, const MeasureObject& measure) {
   struct Missing {
     MeasuredObject object;
     std::string key;
   };
   std::vector<Missing> missing;
-  std::map<std::string, std::shared_ptr<const Signature>> known;  // by key: materials may be alike
+  std::map<std::string, std::shared_ptr<const Signature>> known;  // by key: materials may be equal
   std::map<ObjectKey, std::string> keys;
   for (const ObjectKey& of : objects_to_measure(scene, model)) {
     const auto shape = std::ranges::find_if(model.shapes, [&](const ModelShape& other) {
@@ -185,13 +186,13 @@ double fill(const Scene& scene, Model& model, ProgressMode progress, const Measu
   };
   put();
   if (missing.empty() || !measure) return 0;
-  // The mode refuses a scene before anything is measured for it.
+  // The mode checks the scene before any measurement.
   make_simulator(scene, model);
   const Stopwatch watch;
   for (const auto& [object, key] : missing) {
     try {
       const json document = signature_document(measure(object, progress));
-      // Numbers are rounded in files.
+      // Round numbers as a file would.
       known[key] = std::make_shared<const Signature>(signature_of(document));
       if (const auto file = cache_file(key)) file->store(document);
     } catch (const Error& error) {

@@ -25,7 +25,7 @@ Error mode_error(const std::string& text, std::string found, std::string expecte
                       "impulse:spheres7@1/240"}};
 }
 
-// Cuts `text` at the first `mark`; what follows it is returned, none where there is no mark.
+// Splits `text` at the first `mark` and returns the part after it, or none without a mark.
 std::optional<std::string> cut(std::string& text, char mark) {
   const size_t place = text.find(mark);
   if (place == text.npos) return std::nullopt;
@@ -128,7 +128,7 @@ ModeSpec resolve_mode(const std::string& text, const Scene& scene) {
   if (mode.empty()) throw mode_error(text, "it begins with no mode", "impulse, statistical, ...");
 
   spec.overrides.push_back("/simulator/mode=" + mode);
-  // Runs are compared frame by frame.
+  // Runs are compared frame by frame, so they need the same length.
   if (scene.until == Until::settled) spec.overrides.push_back("/until=duration");
   if (mode != mode_name(scene.simulator.mode)) {
     const Scene defaults;

@@ -24,19 +24,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kNearlyConvex = 0.9;  // share of the hull's volume from which the hull will do
+// Share of the hull's volume above which the hull is accurate enough.
+constexpr double kNearlyConvex = 0.9;
 constexpr double kGravity = 9.81;
-constexpr double kThicknessOfFlat = 0.02;  // of the diameter
-// In sqrt(r / g), a step; what is so small that the usual one is longer gets its own.
+constexpr double kThicknessOfFlat = 0.02;  // relative to the diameter
+// Longest step in sqrt(r / g); small objects for which the usual step is longer get their own.
 constexpr double kLongestStep = 0.5;
 constexpr int kUsualCount = 60, kUsualHeap = 120;  // bodies
 
 std::string number(double value) { return with_digits(value, 3); }
 
-// As the scene will have it.
+// The number as the scene file will contain it.
 double rounded(double value) { return std::stod(number(value)); }
 
-// Without any volume, even that of a hull.
+// True if even its hull has no volume.
 bool is_flat(const TriangleMesh& mesh) {
   try {
     convex_hull(mesh.vertices);
@@ -46,12 +47,12 @@ bool is_flat(const TriangleMesh& mesh) {
   }
 }
 
-// Measures that the sizes of a scene follow from.
+// Measures from which the sizes of a scene follow.
 struct Measured {
-  double radius_m = 0;  // about the middle of the bounds
-  double hull_m3 = 0;   // of its hull: others hardly get into its hollows
+  double radius_m = 0;  // about the centre of the bounds
+  double hull_m3 = 0;   // of its hull: other bodies hardly enter its cavities
   bool has_inside = false, is_convex = false;
-  double thickness_m = 0;  // that it is to be given: it is flat
+  double thickness_m = 0;  // for a flat mesh, thickness to give it
 };
 
 Measured measure(const TriangleMesh& mesh) {
@@ -71,7 +72,7 @@ Measured measure(const TriangleMesh& mesh) {
     measured.has_inside = true;
   } catch (const Error&) {
     if (measured.thickness_m > 0) throw;
-    // Its hull, then, and the scene says so.
+    // Use its hull; the scene says so.
     measured.hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
   }
   return measured;
@@ -79,7 +80,7 @@ Measured measure(const TriangleMesh& mesh) {
 
 std::string quoted(const std::string& text) { return Json(text).dump(); }
 
-// `text` with each $NAME replaced; a name is letters and digits.
+// Replaces each $NAME in `text`; a name consists of letters and digits.
 std::string filled(const std::string& text, const std::map<std::string, std::string>& values) {
   std::string result;
   for (size_t i = 0; i < text.size(); ++i) {
@@ -202,19 +203,19 @@ constexpr const char* kGuide = R"(  "materials": {
 }
 )";
 
-// Room that a body takes among others of its kind, m^3, where their hulls fill `packed` of it.
-// Cylinders of length L and diameter D are packed at random to 5.4 D / L (Philipse 1996), which is
-// this of hull and ball.
+// Space that a body takes among its kind, m^3, if their hulls fill the share `packed`. Cylinders of
+// length L and diameter D pack randomly to 5.4 D / L (Philipse 1996); this expresses it by hull and
+// bounding sphere.
 double room_of_each(const Measured& body, double packed) {
   constexpr double kLongPacked = 4.4;
   const double ball_m3 = 4 / 3.0 * kPi * std::pow(body.radius_m, 3);
   return std::max(body.hull_m3 / packed, std::sqrt(ball_m3 * body.hull_m3) / kLongPacked);
 }
 
-// Balls that are poured: random loose packing.
+// Random loose packing of poured balls.
 constexpr double kPoured = 0.55;
 
-// A cone without its tip, its base on the ground.
+// A truncated cone with its base on the ground.
 TriangleMesh cone(double base_m, double top_m, double height_m) {
   constexpr int kSides = 32;
   std::vector<Vec3> corners;
@@ -229,8 +230,8 @@ TriangleMesh cone(double base_m, double top_m, double height_m) {
 
 using Values = std::map<std::string, std::string>;
 
-// Bodies start at random in a cylinder of the height of a body. Sets how many a second: as many as
-// the mouth lets through while a body falls by its diameter.
+// Bodies start at random in a cylinder of one body's height. The rate is that at which one mouthful
+// falls by a body's diameter.
 void set_mouth(const Measured& body, double radius, double centre, Values& values) {
   const double r = body.radius_m;
   values["radius"] = number(radius);
@@ -240,7 +241,7 @@ void set_mouth(const Measured& body, double radius, double centre, Values& value
   values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
 }
 
-// A cone of `count` bodies at 30 degrees, and a mouth above its tip.
+// A cone of `count` bodies at 30 degrees, and an emitter above its tip.
 void size_pile(const Measured& body, int count, Values& values) {
   constexpr double kMouth = 2.5;  // radii of a body
   const double slope = std::tan(radians(30));
@@ -248,10 +249,10 @@ void size_pile(const Measured& body, int count, Values& values) {
   set_mouth(body, kMouth * body.radius_m, height + 2 * body.radius_m, values);
 }
 
-// A bin that the bodies fill a little more than half, so that few lie above its rim, at least so
-// large that a body can turn over in it.
+// A bin that the bodies fill slightly more than half, so that few rest above its rim. It is at
+// least large enough for a body to turn over in it.
 void size_bin(const Measured& body, int count, Values& values) {
-  constexpr double kFull = 0.55, kDepth = 0.6;           // depth by side
+  constexpr double kFull = 0.55, kDepth = 0.6;           // depth relative to the side
   constexpr double kLeastSide = 2.6, kLeastDepth = 0.6;  // radii of a body
   const double r = body.radius_m, room_m3 = count * room_of_each(body, kPoured) / kFull;
   const double side = std::max(std::cbrt(room_m3 / kDepth), kLeastSide * r);
@@ -260,10 +261,9 @@ void size_bin(const Measured& body, int count, Values& values) {
   values["bin"] = number(side);
   values["depth"] = number(depth);
   values["wall"] = number(wall);
-  // As low as clears the rim: bodies that fall deep bounce out.
+  // As low as the rim allows: bodies that fall far bounce out.
   set_mouth(body, 0.5 * side - 1.2 * r, centre, values);
-  // From so high that the near wall hides little. All of the bin and of the mouth is in the
-  // picture.
+  // High enough that the near wall hides little; bin and emitter are both in the picture.
   const Vec3 direction = Vec3(0.45, 1.4, 0.9).normalized();
   std::vector<Vec3> corners;
   for (const double x : {-1, 1}) {
@@ -286,16 +286,16 @@ void size_bin(const Measured& body, int count, Values& values) {
   values["target"] = number(key.target.y());
 }
 
-// A cone that about so many bodies fill. Refuses a count that is given and does not make its shape.
+// A cone that about this many bodies fill. Rejects a given count that cannot form its shape.
 TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& values) {
-  constexpr double kTop = 0.3;  // of the base
-  // Room that a mould loses at its walls, by the hulls: from 60 on as many boxes and cups as are
-  // asked for to a third, of rings, which reach through one another, half as many again.
+  constexpr double kTop = 0.3;  // relative to the base
+  // Packing in a mould including its losses at the walls, by hull volume. From 60 bodies on it is
+  // right within a third for boxes and cups; rings, which interlock, need half as many again.
   constexpr double kPacked = 0.7;
   const double each_m3 = room_of_each(body, kPacked);
-  const double wall = body.radius_m;  // as wide as what is empty beside the walls
-  // Radius of a base that is three bodies wide beside the wall, each as a ball of the room that it
-  // takes, and in which the longest body can lie anywhere.
+  const double wall = body.radius_m;  // width of the empty zone at the walls
+  // Radius of a base that is three bodies wide inside the empty zone, each as a ball of its share
+  // of the space. The longest body can lie in it in any direction.
   const double least = std::max(wall + 3 * std::cbrt(3 / (4 * kPi) * each_m3), 2 * body.radius_m);
   // Volume of a cone of height 1.4 R whose top is kTop of its base, in R^3.
   const double share = kPi * 1.4 / 3 * (1 + kTop + kTop * kTop);
@@ -309,7 +309,7 @@ TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& va
   }
   const int count = std::max(job.count.value_or(kUsualCount), fewest);
   values["count"] = std::to_string(count);
-  // Among long ones there is room for a few more for long, one beside the other.
+  // Long bodies side by side leave room for a few more for a long time.
   const bool is_long = each_m3 > body.hull_m3 / kPacked;
   values["limit"] = is_long ? ": about so many long ones fill it, more lie denser"
                             : ": as many as fit, about " + values.at("count");
@@ -318,7 +318,7 @@ TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& va
   return cone(base, kTop * base, 1.4 * base);
 }
 
-// Questions about a file of meshes that may not be in metres, or whose z may be up.
+// Questions about a mesh file whose units or up axis look wrong.
 std::vector<std::string> doubts(const NewSceneJob& job, const Eigen::AlignedBox3d& bounds,
                                 double diameter_m) {
   constexpr double kLarge = 5, kSmall = 0.001;  // m
@@ -335,7 +335,7 @@ std::vector<std::string> doubts(const NewSceneJob& job, const Eigen::AlignedBox3
                         with_digits(diameter_m / job.scale, 3) + " m across");
   }
   if (job.is_z_up) return questions;
-  // A body that was made to stand on the ground stands on 0 of its upward axis.
+  // A body modelled to stand on the ground starts at 0 of its up axis.
   const Vec3 size = bounds.sizes(), low = bounds.min();
   const auto stands_on = [&](int axis) {
     return std::abs(low[axis]) < 1e-3 * size.norm() && size[axis] > 0.05 * size.norm();
@@ -416,7 +416,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     values["count"] = std::to_string(count);
     busy_s = 2 * count / std::stod(values.at("rate"));
   }
-  // Long enough for what rocks and rolls: times go with the root of the size.
+  // Long enough for rocking and rolling, which scale with the root of the size.
   values["duration"] = number(std::ceil(busy_s + 5 + 60 * std::sqrt(body.radius_m / kGravity)));
   const double step_s = kLongestStep * std::sqrt(body.radius_m / kGravity);
   values["step"] = step_s < Scene::kFixedStep

@@ -56,7 +56,7 @@ LayeredPile layers_of(const PileState& pile) {
 
 }  // namespace
 
-// Directs, keeps the time, and notes the layers at the end of every frame.
+// Directs, measures time, and records the layers at the end of every frame.
 struct ReposeDirection::State final : StepDirector {
   State(const Scene& s, const Model& m) : scene(s), model(m), director(s, m) {}
 

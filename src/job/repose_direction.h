@@ -1,4 +1,4 @@
-// Piles that take an angle of repose: their director, their figures, the layers for pictures.
+// Piles with an angle of repose: their director, their figures, and their layers for pictures.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,13 @@ namespace pilesim {
 
 class ReposeDirection final : public Direction {
  public:
-  // All three must outlive it. Throws Error(input), naming `scene_file`, for a scene without piles,
-  // in another mode than impulse or mixed, or with a boundary smaller than a body.
+  // All arguments must outlive it. Throws Error(input) naming `scene_file` if the scene has no
+  // piles, another mode than impulse or mixed, or a boundary smaller than a body.
   ReposeDirection(const std::filesystem::path& scene_file, const Scene& scene, const Model& model);
   ~ReposeDirection() override;
 
   std::unique_ptr<Simulator> make_simulator() override;
-  // Writes piles.json: the layers of each pile, frame by frame where they change.
+  // Writes piles.json: the layers of each pile, for frames in which they change.
   DirectedRun finish(const Simulator& simulator,
                      const std::filesystem::path& directory) const override;
 

@@ -19,15 +19,15 @@ namespace pilesim {
 namespace {
 
 constexpr int kMostHullVertices = 255;  // of the impulse simulator
-// Under the lowest point, in outer radii: bodies of a scene fall, and tip over faces on which one
-// that is laid down would stay.
+// Under the lowest point, in bounding radii: bodies in scenes fall, and tip over faces on which a
+// gently placed body would stay.
 constexpr double kClearance = 2;
 
-// In sqrt(r / g), the time that a body takes to tip over.
+// In sqrt(r / g), the time in which a body tips over.
 constexpr double kFrame = 0.25;
 constexpr double kLongestFall = 400;
-// In sqrt(d / g) of the smaller of r and its smallest extent: a thin stick rolls from facet to
-// facet in a time that has nothing to do with its length.
+// In sqrt(d / g), where d is the smaller of r and the smallest extent: a thin stick rolls from
+// facet to facet in a time independent of its length.
 constexpr double kStep = 1.0 / 32;
 
 constexpr uint32_t kBody = 1;  // index in the model; the plane comes first
@@ -70,7 +70,7 @@ double time_of_size_s(const Scene& scene, double size_m) {
   return std::sqrt(size_m / scene.gravity.norm());
 }
 
-// None: it did not come to rest.
+// None if it did not come to rest.
 std::optional<ObservedRest> drop(const Scene& scene, Model model, const Quat& orientation) {
   ModelBody& body = model.bodies[kBody];
   const ModelShape& shape = model.shapes[body.shape];

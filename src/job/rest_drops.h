@@ -1,4 +1,4 @@
-// How a body comes to rest when it is dropped, by the impulse simulator (dissertation 3.2.3.3).
+// Drops a body with the impulse simulator to find its rest poses (dissertation 3.2.3.3).
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,20 @@ namespace pilesim {
 
 struct RestDropSettings {
   uint32_t drops = 100;
-  ContactMaterial material;  // of the body and of the plane; its restitution threshold has no part
+  ContactMaterial material;  // of body and plane; its restitution threshold is ignored
   uint64_t seed = 1;
   ProgressMode progress = ProgressMode::automatic;
 };
 
 struct RestDrops {
   std::vector<ObservedRest> rests;
-  uint32_t unsettled = 0;  // drops that did not come to rest in time, left out
+  uint32_t unsettled = 0;  // drops that did not come to rest in time; not counted otherwise
 };
 
-// Drops the hull of `mesh` (a solid, m) from rest, its lowest point two of its outer radii over
-// a plane, in uniformly random orientations. Each drop is a world of its own, so that the
-// result depends on nothing but mesh and settings. Steps and times scale with the body, as its
-// motion does. Throws Error(interrupted) after Ctrl-C.
+// Drops the hull of `mesh` (a solid, m) from rest, with its lowest point two bounding radii above a
+// plane, in uniformly random orientations. Each drop is its own simulation, so the result depends
+// only on mesh and settings. Steps and times scale with the body. Throws Error(interrupted) after
+// Ctrl-C.
 RestDrops drop_to_rest(const TriangleMesh& mesh, const RestDropSettings& settings);
 
 }  // namespace pilesim

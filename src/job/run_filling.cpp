@@ -14,8 +14,8 @@ void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there
   for (uint32_t i = 0; i < run.body_count(); ++i) {
     if (is_there[i]) of_run.emplace(run.body_name[i], i);
   }
-  // Names went on in order when some were left out, and so may be another shape's now: by shape and
-  // material, a body of each.
+  // Removed bodies changed the numbering of names, so a name may now belong to another shape: keep
+  // one example body per shape and material.
   std::map<std::pair<std::string, uint32_t>, ModelBody> kinds;
   for (uint32_t i = fill.first; i < fill.first + fill.count; ++i) {
     const ModelBody& body = model.bodies[i];
@@ -25,7 +25,7 @@ void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there
     const std::string& shape = run.shapes[run.body_shape[in_run]].name;
     const auto exact = kinds.find({shape, run.body_material[in_run]});
     if (exact != kinds.end()) return exact;
-    // Another scene may have its materials in another order.
+    // Another scene may order its materials differently.
     const auto of_shape = kinds.lower_bound({shape, 0});
     return of_shape != kinds.end() && of_shape->first.first == shape ? of_shape : kinds.end();
   };

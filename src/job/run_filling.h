@@ -1,4 +1,4 @@
-// The filling of a guide, as an earlier run has it: it is not filled again.
+// Reuses the filling of a guide from an earlier run.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace pilesim {
 
-// Keeps those bodies that are to fill the guide of `model` which have the names and shapes of
-// bodies present in the run (an entry for each); the others leave. Where they lie is not taken
-// over. Without any such name, and without a guide to fill, nothing is done.
+// Of the bodies that should fill the guide of `model`, keeps those whose names and shapes match
+// bodies present in the run (one entry each), and removes the others. Their poses are not copied.
+// Does nothing if no name matches or there is no guide to fill.
 void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there, Model& model);
 
 }  // namespace pilesim

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the scene of the run lies.
+// The directory of the run's scene.
 fs::path place_of_scene(const fs::path& run) {
   const fs::path checkpoint = run / kCheckpointFile;
   std::error_code missing;
@@ -22,7 +22,7 @@ fs::path place_of_scene(const fs::path& run) {
                       .remedy = "Name the scene file with --scene"});
 }
 
-// Its faults are those of the trajectory, whatever the scene file has become since.
+// Reports its errors as those of the trajectory, whatever the scene file contains now.
 LoadedScene parse_own_scene(const fs::path& run, const TrajectoryHeader& header,
                             const fs::path& scene_file) {
   try {
@@ -36,7 +36,7 @@ LoadedScene parse_own_scene(const fs::path& run, const TrajectoryHeader& header,
   }
 }
 
-// The run's own, which the trajectory has; what it names is looked for beside `scene_file`.
+// Loads the scene stored in the trajectory, with files relative to `scene_file`.
 LoadedScene load_own_scene(const fs::path& run, const TrajectoryHeader& header,
                            const fs::path& scene_file) {
   LoadedScene loaded = parse_own_scene(run, header, scene_file);

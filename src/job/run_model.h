@@ -13,12 +13,12 @@ namespace pilesim {
 struct RunModel {
   std::filesystem::path scene_file;
   LoadedScene loaded;
-  Model model;  // its bodies are those of the trajectory, in their order
+  Model model;  // with the bodies of the trajectory in their order
 };
 
-// The model of the run in the directory `run`, whose trajectory has `header`. `scene_file`: beside
-// it its meshes are; none: where it was when it ran. Throws Error(io), or Error(input) where that
-// is not known, and where files are missing or have changed since.
+// The model of the run in directory `run` with the trajectory `header`. `scene_file`: its meshes
+// are beside it; none: its place when it ran. Throws Error(io), or Error(input) if that place is
+// unknown, or files are missing or have changed.
 RunModel load_run_model(const std::filesystem::path& run, const TrajectoryHeader& header,
                         const std::optional<std::filesystem::path>& scene_file);
 

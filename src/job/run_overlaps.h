@@ -1,4 +1,4 @@
-// How deep the bodies of a run are in each other, frame by frame.
+// Penetration depths of a run's bodies, frame by frame.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace pilesim {
 
 class RunOverlaps {
  public:
-  // As load_run_model() does, and throws. `trajectory`, of the directory `run`, outlives it.
+  // As load_run_model(), with its errors. `trajectory`, from directory `run`, must outlive it.
   RunOverlaps(const std::filesystem::path& run, TrajectoryReader& trajectory,
               const std::optional<std::filesystem::path>& scene_file);
 
-  // (bodies) of overlap_depths(), in mean diameters of the bodies that move by forces.
+  // (bodies) overlap_depths() in mean diameters of the dynamic bodies.
   std::vector<float> of(uint64_t frame) const;
   double diameter_m() const { return diameter_m_; }
 

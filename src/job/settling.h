@@ -1,4 +1,4 @@
-// When all that happens in a scene has happened, and all has come to rest: the end of a run with
+// Detects that a scene has no further events and all bodies are at rest: the end of a run with
 // "until": "settled".
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// Places in the trajectory in `directory`, which holds it: at a frame before `frame`.
+// Positions in `directory`'s trajectory at frame `earlier`, as seen at frame `frame`.
 EarlierPlaces places_at(const std::filesystem::path& directory, uint64_t earlier, uint64_t frame);
 
 class Settling {
@@ -21,20 +21,20 @@ class Settling {
   // `model` must outlive it.
   Settling(const Scene& scene, const Model& model);
 
-  // After each frame. `quiet_frames` so far nothing has moved, this one included; it is kept by who
-  // asks, as a run may be resumed. `places` gives those of a frame before: where all has been slow
-  // for long enough, nothing may have crept either.
+  // Call it after each frame. `quiet_frames` counts consecutive frames without motion, including
+  // this one; the caller keeps it, since a run may be resumed. `places` gives the positions at an
+  // earlier frame: after enough slow frames, no body may have crept either.
   bool is_over(uint64_t frame, const BodyStates& states, uint64_t& quiet_frames,
                const std::function<EarlierPlaces(uint64_t)>& places) const;
-  // JSON object: whether all had settled by the last frame, how many bodies had not, and when.
+  // JSON object: whether all bodies had settled by the last frame, how many had not, and when.
   std::string figures(uint64_t frame, uint64_t unsettled, uint64_t quiet_frames) const;
 
  private:
   const Model& model_;
   Vec3 gravity_;
   double frame_rate_;
-  double last_change_s_;  // of bodies that appear, events, and kinematic bodies
-  double quiet_s_;        // for which all must be at rest
+  double last_change_s_;  // time of the last appearing body, event or kinematic motion
+  double quiet_s_;        // time for which all must be at rest
 };
 
 }  // namespace pilesim

@@ -27,7 +27,7 @@ void take_from_scene(const std::filesystem::path& scene_file, const std::string&
                      SignatureOptions& options) {
   const Scene scene = load_scene(scene_file).scene;
   const auto materials = moving_shapes(scene);
-  std::vector<std::string> meshes;  // that move
+  std::vector<std::string> meshes;  // of moving bodies
   for (const auto& [name, of] : materials) {
     if (std::holds_alternative<MeshShape>(scene.shapes.at(name))) meshes.push_back(name);
   }
@@ -59,8 +59,7 @@ void take_from_scene(const std::filesystem::path& scene_file, const std::string&
   options.mesh = mesh.file;
   if (!is_uniform(mesh.scale)) {
     refuse(scene_file, "shape \"" + name + "\" is stretched or mirrored by its scale",
-           "one scale, above 0",
-           R"(Leave "signature" out: then it is measured when it is needed)");
+           "one scale, above 0", R"(Leave "signature" out: then it is measured when it is needed)");
   }
   MeshLibrary meshes;
   options.scale = mesh.size_m ? scale_to(*mesh.size_m, mesh.file, meshes) : mesh.scale.x();

@@ -1,4 +1,4 @@
-// The mesh and material of a scene that sample-signature measures.
+// Takes the mesh and material for sample-signature from a scene.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,9 @@
 
 namespace pilesim {
 
-// Sets in `options` the mesh, its scale, upward axis and solid, and the material of the shape
-// called `shape` in the scene file; empty: of the only mesh that moves there. Throws as
-// load_scene(), and Error(usage) where the shape is none that can be sampled or has several
-// materials.
+// Sets in `options` the mesh, its scale, up axis and solid, and the material of the shape named
+// `shape` in the scene file; empty: of the only moving mesh. Throws as load_scene(), and
+// Error(usage) if the shape cannot be sampled or has several materials.
 void take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
                      SignatureOptions& options);
 

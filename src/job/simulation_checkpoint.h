@@ -1,4 +1,4 @@
-// Where a run of simulate or direct-pile stands: checkpoint.bin in its directory, for --resume and
+// The state of a run of simulate or direct-pile: checkpoint.bin in its directory, for --resume and
 // --from.
 #pragma once
 
@@ -16,12 +16,13 @@ inline constexpr char kCheckpointFile[] = "checkpoint.bin";
 
 // Progress of a run, besides the simulator's state.
 struct RunProgress {
-  std::vector<FrameRow> rows;  // a row a frame that is done
+  std::vector<FrameRow> rows;  // one row per finished frame
   std::vector<FrameQuality> inspections;
   double cpu_s = 0, wall_s = 0;
-  double checkpoint_s = 0;    // of the wall time, for checkpoints
-  uint64_t quiet_frames = 0;  // at the end, in which all was at rest, where that ends the run
-  bool is_settled = false;    // so long that the run is over
+  double checkpoint_s = 0;  // part of the wall time
+  // Consecutive final frames in which all was at rest, if rest ends the run.
+  uint64_t quiet_frames = 0;
+  bool is_settled = false;  // long enough at rest that the run is over
 
   static void fields(auto& self, auto& stream) {
     stream(self.rows, self.inspections, self.cpu_s, self.wall_s, self.checkpoint_s,
@@ -29,17 +30,17 @@ struct RunProgress {
   }
 };
 
-// `scene_file`: where the scene lies, for who works on with the run.
+// `scene_file`: place of the scene, for later jobs on the run.
 void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
                           const std::filesystem::path& scene_file, const RunProgress& progress,
                           const Simulator& simulator);
-// Writes the states of a run that is done.
+// Writes the final states of a completed run.
 void write_last_states(const std::filesystem::path& directory, const CheckpointKey& key,
                        const std::filesystem::path& scene_file, const BodyStates& states);
 
 class RunCheckpoint {
  public:
-  // Throws Error(io), or Error(input) for what is no whole checkpoint.
+  // Throws Error(io), or Error(input) unless it is a whole checkpoint.
   explicit RunCheckpoint(const std::filesystem::path& directory);
 
   const CheckpointKey& key() const { return file_.key(); }
@@ -47,8 +48,8 @@ class RunCheckpoint {
   bool is_done() const { return is_done_; }
   const BodyStates& bodies() const { return bodies_; }
   std::filesystem::path scene_file() const { return scene_file_; }  // absolute
-  // Brings `simulator`, made from the run's scene, to where the run stands; for a run that is not
-  // done. Throws Error(input).
+  // Brings `simulator`, made from the run's scene, to the state of an unfinished run. Throws
+  // Error(input).
   RunProgress load(Simulator& simulator) const;
 
  private:
@@ -59,7 +60,7 @@ class RunCheckpoint {
   std::span<const std::byte> rest_;
 };
 
-// For a directory that has results but no state to resume from: Error(usage).
+// Throws Error(usage) for a directory with results but no state to resume from.
 [[noreturn]] void throw_nothing_to_resume(const std::filesystem::path& directory);
 
 }  // namespace pilesim

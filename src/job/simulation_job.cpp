@@ -91,10 +91,10 @@ void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.state = states.flags;
 }
 
-// Writes the files of a run as it goes on, and keeps its totals.
+// Writes the files of a run during the run, and keeps its totals.
 class Recorder {
  public:
-  // Goes on after `progress.rows.size()` frames; none: begins.
+  // Continues after `progress.rows.size()` frames; without progress it begins.
   Recorder(const SimulationJob& job, CheckpointKey key, const TrajectoryHeader& header,
            RunProgress progress, const Stopwatch& watch)
       : directory_(job.output),
@@ -128,7 +128,7 @@ class Recorder {
         {progress_.rows.size() - 1, inspect_pile(model, gravity, states)});
   }
 
-  // Whether the run is over.
+  // True if the run is over.
   bool watch_settling(const Settling& settling, const BodyStates& states) {
     progress_.is_settled =
         settling.is_over(progress_.rows.size() - 1, states, progress_.quiet_frames,
@@ -136,14 +136,14 @@ class Recorder {
     return progress_.is_settled;
   }
 
-  // Those of the bodies at `frame`, of the past.
+  // Positions of the bodies at an earlier frame.
   EarlierPlaces places_before(uint64_t frame) {
     writer_.flush();
     return places_at(directory_, frame, progress_.rows.size() - 1);
   }
 
   bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
-  // All that a checkpoint or the last states tell of is on disk before they are.
+  // Everything that a checkpoint or the last states refer to is on disk before them.
   void write_end(const BodyStates& states) {
     writer_.flush();
     write_last_states(directory_, key_, scene_file_, states);
@@ -160,7 +160,7 @@ class Recorder {
 
   const RunProgress& progress() const { return progress_; }
   uint64_t frames_on_disk() const { return writer_.frames_on_disk(); }
-  // Those of the processes before with those of this one.
+  // Adds the times of earlier processes to those of this one.
   void measure_time() {
     progress_.cpu_s = before_.cpu_s + process_cpu_s();
     progress_.wall_s = before_.wall_s + watch_.seconds();
@@ -186,7 +186,7 @@ class Recorder {
   TrajectoryFrame stored_;
 };
 
-// Steps the simulator through all frames that are left. True: interrupted.
+// Steps the simulator through all remaining frames. True if interrupted.
 bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_every,
                      Simulator& simulator, Recorder& recorder, Progress& progress) {
   const auto frame_count = static_cast<uint64_t>(scene.frame_count());
@@ -209,7 +209,7 @@ bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_ev
   return false;
 }
 
-// As it is found there: what went wrong may be that it was taken away.
+// Read it from disk: the error may be that the output was removed.
 std::string what_is_safe(const std::filesystem::path& output) {
   try {
     const uint64_t frames = TrajectoryReader(output).frame_count();
@@ -227,13 +227,13 @@ std::string what_is_safe(const std::filesystem::path& output) {
   throw Error(error.kind(), std::move(problems));
 }
 
-// Whether a run was killed before its first checkpoint.
+// True if a run was killed before its first checkpoint.
 bool has_hardly_begun(const std::filesystem::path& output) {
   if (std::filesystem::exists(output / "report.json")) return false;
   try {
     return TrajectoryReader(output).frame_count() <= 1;
   } catch (const Error&) {
-    return true;  // not even the trajectory's head is whole
+    return true;  // even the trajectory's header is incomplete
   }
 }
 
@@ -249,7 +249,7 @@ std::optional<RunCheckpoint> find_checkpoint(const SimulationJob& job) {
   throw_nothing_to_resume(job.output);
 }
 
-// Entries in the directory of a resumed run that its next results replace.
+// Entries of a resumed run's directory that its next results replace.
 std::vector<std::filesystem::path> outdated(const std::filesystem::path& directory) {
   auto entries = claim_output(directory, kSimulationEntries, true);
   std::erase_if(entries, [](const std::filesystem::path& entry) {
@@ -275,7 +275,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   Model model = naming(scene_file, [&] { return build_model(scene); });
   const LastState begun_from =
       job.from ? begin_from(*job.from, scene, model, job.take) : LastState{};
-  // Before a guide's filling has changed who is who.
+  // Before filling the guide changes the numbering of bodies.
   std::vector<std::string> warnings = describe_start_overlaps(model);
   if (!job.direct_piles && scene.guide) {
     warnings.emplace_back(
@@ -333,7 +333,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const size_t frames_before = before.rows.size();
   report.setup_s = watch.seconds();
 
-  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  // From here on an interrupted run can save its work; before, Ctrl-C may simply kill it.
   install_interrupt_handler();
   lock.make_directory();
   remove_output(replaced);
@@ -387,7 +387,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.gates = judge(job.gates, report.quality, directed.guide);
   if (is_finished) take_finish(*finished, report);
   const std::string no_charts = write_report(report, job.output);
-  // Last: what was killed before this goes on from the checkpoint before.
+  // Written last: a process killed before continues from the previous checkpoint.
   if (!report.interrupted) {
     recorder.write_end(end);
     forget_finishing(job.output);

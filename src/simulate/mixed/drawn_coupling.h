@@ -1,6 +1,6 @@
-// Bodies that are in both engines at once, I' bodies, as Algorithm 1 of the dissertation has them:
-// each engine treats its own contacts, the drawn ones first, and the exact engine, which gets the
-// velocities that come of it, moves the bodies and says who sleeps.
+// Near bodies (I'), which are in both engines at once, by Algorithm 1 of the dissertation. Each
+// engine treats its own contacts, the sampled ones first. The exact engine receives the resulting
+// velocities, moves the bodies and decides which sleep.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace pilesim {
 
 class DrawnCoupling {
  public:
-  // As of MixedCoupling, which takes more steps: those not needed here do nothing.
+  // Interface of MixedCoupling, which has more stages: those not needed here do nothing.
   DrawnCoupling(const Vec3& /*gravity*/, double /*step_s*/, ExactEngine& exact, DrawnWorld& spheres)
       : exact_(exact), spheres_(spheres) {}
 
@@ -22,12 +22,12 @@ class DrawnCoupling {
   void enter(uint32_t body);
   void leave(uint32_t body);
 
-  void pull();  // spheres stand where their bodies are
+  void pull();  // moves spheres to the bodies' poses
   void get_ready() {}
-  void hand_over();  // when the spheres have collided
+  void hand_over();  // after the spheres' collisions
   void take_back() {}
   void nudge() {}
-  // The motion of bodies()[i], after hand_over(): as the step began, with all impulses of the
+  // The motion of bodies()[i], after hand_over(): at the start of the step plus all impulses of the
   // spheres.
   BodyMotion handed_motion(size_t i) const { return handed_[i]; }
 
@@ -38,7 +38,7 @@ class DrawnCoupling {
   ExactEngine& exact_;
   DrawnWorld& spheres_;
   std::vector<uint32_t> bodies_;
-  std::vector<BodyMotion> handed_;  // scratch, beside bodies_
+  std::vector<BodyMotion> handed_;  // scratch, parallel to bodies_
 };
 
 }  // namespace pilesim

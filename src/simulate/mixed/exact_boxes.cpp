@@ -73,7 +73,7 @@ void ExactBoxes::map_boxes() {
   }
 }
 
-// Beyond the map: the outermost.
+// Outside the map: the outermost cell.
 std::array<int, 2> ExactBoxes::cell_of(const Vec3& point) const {
   const auto along = [&](int axis) {
     const double cell = (point[axis] - map_origin_[axis]) * cells_per_m_[axis];

@@ -1,6 +1,5 @@
 // The boxes of must-impulse bodies, and the bodies that touch them (dissertation 4.2.2). A body of
-// several convex pieces has a box for each: a body beside a pole does not touch it for the sake of
-// the pole's foot.
+// several convex pieces has one box per piece: a wide foot must not enlarge the box of its pole.
 #pragma once
 
 #include <array>
@@ -18,34 +17,34 @@ namespace pilesim {
 
 class ExactBoxes {
  public:
-  // All arguments must outlive it. `by_pieces`: a body of several convex pieces has a box for each,
-  // otherwise one (dissertation 4.2.2).
+  // All arguments must outlive it. `by_pieces`: one box per convex piece; otherwise one per body
+  // (dissertation 4.2.2).
   ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world,
              bool by_pieces);
 
-  // A must-impulse body has come into the world or left it.
+  // Call them when a must-impulse body enters or leaves the world.
   void add(uint32_t body);
   void remove(uint32_t body);
-  // Before each step: boxes of moving bodies, with the motion of the step in them.
+  // Before each step: updates boxes of moving bodies, enlarged by the motion of the step.
   void update();
 
-  // A body that may touch some box.
+  // A body to test against the boxes.
   struct Candidate {
     uint32_t body;
     Pose pose;
-    double radius_m;   // outer
-    double margin_m;   // by which its own box is wider
-    bool only_moving;  // asks for boxes that may have come nearer to a body that does not move
+    double radius_m;   // bounding radius
+    double margin_m;   // enlarges its own box
+    bool only_moving;  // only test boxes that may have approached a body at rest
   };
-  // False where touches() is for all that lies within `reach_m`; fast. Any thread.
+  // False only if touches() is false for all bodies within `reach_m`; fast. Thread-safe.
   bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
-  // Whether its box touches one of a body whose pairs with it are solved. Any thread.
+  // True if its box touches that of a body whose pairs with it are solved. Thread-safe.
   bool touches(const Candidate& candidate) const;
-  // The largest momentum, N s, that may hit a sleeping body in this step: from bodies with such
-  // boxes that are faster than `least_speed`. Infinite for bodies moved by keys.
+  // Bound on the momentum, N s, that may hit a sleeping body in this step, from bodies with such
+  // boxes that are faster than `least_speed`. Infinite for kinematic bodies.
   double blow_ns(const Candidate& candidate, double least_speed) const;
-  // Whether such a box reaches into the hull of a body that has several pieces, as seen from its
-  // centre: it goes through a ring, or into a cup. Any thread.
+  // True if such a box reaches into the hull of a body with several pieces, seen from its centre:
+  // through a ring, or into a cup. Thread-safe.
   bool reach_into(uint32_t body, const Pose& pose) const;
   bool empty() const { return boxes_.empty(); }
 
@@ -57,9 +56,9 @@ class ExactBoxes {
   struct Box {
     uint32_t body = 0;
     bool is_plane = false, moves = false;
-    Bounds bounds;                                     // but for planes
-    std::vector<Bounds> pieces;                        // and of its convex pieces, or the same
-    Vec3 normal = Vec3::Zero(), point = Vec3::Zero();  // of a plane
+    Bounds bounds;               // undefined for planes
+    std::vector<Bounds> pieces;  // and those of its convex pieces, or the same
+    Vec3 normal = Vec3::Zero(), point = Vec3::Zero();  // for planes
 
     static void fields(auto& self, auto& stream) {
       stream(self.body, self.is_plane, self.moves, self.bounds, self.pieces, self.normal,
@@ -75,10 +74,10 @@ class ExactBoxes {
   const DispatchTable& dispatch_;
   const ExactEngine& world_;
   bool by_pieces_;
-  std::vector<std::vector<HullFace>> hulls_;  // by shape, of those that may be threaded
+  std::vector<std::vector<HullFace>> hulls_;  // by shape, for bodies that may be threaded
   std::vector<Box> boxes_;                    // in the order of bodies
-  // Seen from above, a raster over all boxes: whether there is one in a cell, and one that moves.
-  // Most bodies are far from all boxes.
+  // A raster over all boxes seen from above: whether a cell contains a box, or a moving one. Most
+  // bodies are far from all boxes.
   static constexpr uint8_t kBoxThere = 1, kMovingThere = 2;
   std::array<uint8_t, size_t{mixed_constants::kCells} * mixed_constants::kCells> map_{};
   bool has_plane_ = false;

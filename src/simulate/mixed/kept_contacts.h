@@ -1,5 +1,5 @@
-// Contacts of sleepers that go from one engine of the mixed mode to the other, or to another level:
-// from then on other contacts would be found or, between two that sleep, none.
+// Contacts of sleeping bodies that change between the engines of the mixed mode, or their level:
+// afterwards other contacts would be found or, between two sleepers, none.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,20 @@ namespace pilesim {
 
 class KeptContacts {
  public:
-  // Either way round.
+  // Symmetric in its arguments.
   using PairTest = std::function<bool(uint32_t a, uint32_t b)>;
 
-  // `before` and `after` the change: of the pairs that `is_wanted` tells, those before it count.
+  // Contacts `before` and `after` the change: for pairs accepted by `is_wanted`, those before it
+  // count.
   void keep(const std::vector<BodyContact>& before, const std::vector<BodyContact>& after,
             const PairTest& is_wanted);
-  // All pairs but those that `holds` tells.
+  // Drops all pairs except those accepted by `holds`.
   void forget(const PairTest& holds);
-  // Puts kept contacts in place of those of the engines for the same pairs.
+  // Replaces the engines' contacts of the same pairs.
   void put_into(std::vector<BodyContact>& contacts) const;
 
   static void fields(auto& self, auto& stream) { stream(self.contacts_, self.apart_); }
-  // After loading: whether all bodies are below `count`.
+  // After loading: true if all bodies are below `count`.
   bool is_of(size_t count) const;
 
  private:
@@ -33,8 +34,8 @@ class KeptContacts {
   static Pair pair_of(const BodyContact& contact) { return std::minmax(contact.a, contact.b); }
   bool has(const Pair& pair) const;
 
-  std::vector<BodyContact> contacts_;  // in the order of pairs
-  std::vector<Pair> apart_;            // that only seem to touch since the change; ascending
+  std::vector<BodyContact> contacts_;  // ordered by pair
+  std::vector<Pair> apart_;            // pairs that only seem to touch since the change; ascending
 };
 
 }  // namespace pilesim

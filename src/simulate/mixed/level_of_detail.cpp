@@ -77,7 +77,7 @@ void LevelSelector::choose(double time_s, const BodyStates& states,
 
 uint32_t LevelSelector::level_of(uint32_t body, const BodyStates& states, const Viewpoint* view) {
   Choice& choice = choices_[body];
-  // A body that is seen for the first time has no level to keep.
+  // A body without a previous level has no hysteresis.
   const double hysteresis = choice.is_known ? detail_.hysteresis : 0;
   choice.is_known = true;
   const auto by = [&](uint8_t& level, double value, std::span<const double> limits) {

@@ -1,4 +1,4 @@
-// Which level of detail each body has, by what the camera sees of it (dissertation 4.3).
+// Selects each body's level of detail from what the camera sees of it (dissertation 4.3).
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace pilesim {
 
-// A camera's picture, in the measures that levels are chosen by.
+// A camera's view, with the measures that select levels.
 class Viewpoint {
  public:
   Viewpoint(const CameraKey& key, double aspect);
   double distance_m(const Vec3& point) const { return (point - eye_).norm(); }
-  // The diameter of a ball as a share of the picture's height; infinite where the eye is inside.
+  // The diameter of a sphere relative to the picture's height; infinite if the eye is inside it.
   double screen_size(const Vec3& centre, double radius_m) const;
   bool sees(const Vec3& centre, double radius_m) const;
 
@@ -26,12 +26,12 @@ class Viewpoint {
   double tan_half_width_, tan_half_height_;
 };
 
-// The level from 0 that a value has among ascending limits (level i ends at limits[i]), where it
-// had `level` before: a limit must be passed by the share `hysteresis` of it.
+// The level from 0 of a value among ascending limits (level i ends at limits[i]), given its
+// previous `level`: a limit changes the level only when exceeded by the share `hysteresis`.
 uint32_t level_among(double value, std::span<const double> limits, double hysteresis,
                      uint32_t level);
 
-// The view at `time_s`, of the picture that the scene asks for. The scene has a camera.
+// The view at `time_s` of the scene's picture. The scene must have a camera.
 Viewpoint viewpoint(const Scene& scene, double time_s);
 
 class LevelSelector {
@@ -39,9 +39,9 @@ class LevelSelector {
   // Both arguments must outlive it.
   LevelSelector(const Scene& scene, const Model& model);
 
-  // Some rule looks at the state, so that levels may change.
+  // True if some rule depends on the state, so that levels may change.
   bool is_variable() const;
-  // The levels of `bodies`, from 0, by the state at `time_s`.
+  // Chooses the levels of `bodies`, from 0, for the state at `time_s`.
   void choose(double time_s, const BodyStates& states, std::span<const uint32_t> bodies);
   uint32_t level(uint32_t body) const { return levels_[body]; }
 
@@ -49,7 +49,7 @@ class LevelSelector {
   void load(StateReader& reader);
 
  private:
-  // By each rule.
+  // The previous choice, by rule.
   struct Choice {
     uint8_t distance = 0, size = 0, speed = 0;
     bool outside = false, is_known = false;
@@ -63,7 +63,7 @@ class LevelSelector {
   const Scene& scene_;
   const Model& model_;
   const LevelOfDetail& detail_;
-  std::vector<double> size_limits_;  // of 1 / size, ascending
+  std::vector<double> size_limits_;  // for 1 / size, ascending
   std::vector<Choice> choices_;
   std::vector<uint8_t> levels_;
 };

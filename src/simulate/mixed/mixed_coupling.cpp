@@ -46,7 +46,7 @@ void MixedCoupling::pull() {
     sphere.velocity = motion.linear_velocity.cast<float>();
     sphere.spin = motion.angular_velocity.cast<float>();
     sphere.asleep = !active;
-    sphere.slow_steps = 0;  // the exact engine decides who sleeps
+    sphere.slow_steps = 0;  // the exact engine decides about sleep
     sphere.changed = true;
     shared_[i].motion = motion;
   }
@@ -66,7 +66,7 @@ void MixedCoupling::get_ready() {
     shared.solved = false;
     shared.pushed = shared.turned = Vec3::Zero();
     if (sphere.asleep) continue;
-    // Its support is as far below as the body reaches.
+    // Its support is as far below the centre as the body reaches.
     sphere.surface_radius_m =
         static_cast<float>(exact_.reach_below_m(bodies_[i], shared.motion.orientation));
     sphere.propped = !shared.load.isZero();
@@ -82,9 +82,9 @@ void MixedCoupling::hand_over() {
 void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
   const SphereBody& sphere = spheres_.body(body);
   if (shared.asleep && sphere.asleep) return;
-  if (shared.asleep) {  // something hit it
+  if (shared.asleep) {  // an impulse hit it
     exact_.wake(body);
-    // In a structure it moves in this step, else from the next one on.
+    // A body of a structure moves in this step, any other from the next one on.
     shared.asleep = !spheres_.is_moving(body);
     shared.pushed = sphere.velocity.cast<double>();
     shared.turned = sphere.spin.cast<double>();
@@ -102,7 +102,7 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
                       shared.motion.angular_velocity + shared.turned);
 }
 
-// A round of sweeps, with the velocities that the exact engine's iterations have come to.
+// Sweeps with the velocities of the exact engine's current iteration.
 void MixedCoupling::sweep(int iteration) {
   if (iteration % SphereWorld::kSweepsAtOnce != 0 || spheres_.is_swept()) return;
   for (size_t i = 0; i < bodies_.size(); ++i) {
@@ -164,12 +164,12 @@ void MixedCoupling::nudge(uint32_t body, const Shared& shared) {
   const Vec3f start = shared.motion.position.cast<float>();
   const auto dt = static_cast<float>(step_s_);
   Vec3 way = (sphere.position - start - dt * shared.velocity).cast<double>();
-  // Never into what carries it exactly.
+  // Never into its exact supports.
   const Vec3 support = shared.load.normalized();
   way -= std::min(0.0, way.dot(support)) * support;
   if (way.norm() < kLeastNudge * outer) way.setZero();
   if (way.norm() > kFarthestNudge * outer) way *= kFarthestNudge * outer / way.norm();
-  // Beside what its spin turns it by: into a rest pose.
+  // Besides the rotation by its spin: the turn into a rest pose.
   const Vec3 swept = step_s_ * shared.spin.cast<double>();
   const Quat moved = swept.norm() > 0 ? Quat(Eigen::AngleAxisd(swept.norm(), swept.normalized()))
                                       : Quat::Identity();

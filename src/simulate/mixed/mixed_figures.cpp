@@ -75,8 +75,8 @@ void MixedFigures::count_frame(const BodyStates& states,
   most_near_ = std::max(most_near_, near);
 }
 
-// The part of the displacement that no velocity explains, wherever in the step it changed, and that
-// gravity does not explain of the velocity.
+// Counts the displacement that no velocity explains, whenever in the step it changed, and the
+// change of velocity that gravity does not explain.
 void MixedFigures::count_switch(const BodyMotion& before, const BodyMotion& after) {
   const double dt = scene_.actual_step_s();
   const Vec3 mean = (before.linear_velocity + after.linear_velocity) / 2;

@@ -1,4 +1,4 @@
-// Conditions on a saved state with bodies that are in both worlds.
+// Checks saved states with bodies that are in both engines.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace pilesim {
 
-// After both worlds are loaded; `members`: of the spheres, ascending.
+// After both engines are loaded. `members`: those of the spheres, ascending.
 inline void require_shared(std::span<const uint32_t> bodies, std::span<const uint32_t> members,
                            const ExactEngine& exact) {
   StateReader::require(std::ranges::is_sorted(bodies), "bodies in ascending order");

@@ -1,7 +1,6 @@
-// How far apart two bodies come to lie: by the ellipsoids of their moments, which stand for bodies
-// among others. Two touch where Berne and Pechukas' overlap of two Gaussians says so (J. Chem.
-// Phys. 56, 4213, 1972), which is exact for balls, and for ellipsoids of one form that lie alike,
-// as plates in a stack do.
+// Contacts between the ellipsoids of bodies' moments, which represent bodies among others. They
+// touch according to Berne and Pechukas' overlap of two Gaussians (J. Chem. Phys. 56, 4213, 1972).
+// It is exact for balls, and for equal ellipsoids in equal orientation, such as plates in a stack.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +14,7 @@ namespace pilesim {
 // x^T S x for a symmetric S of the squares of the semi-axes, m^2, world frame.
 struct BodyEllipsoid {
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
-  float radius_m = 0;    // of the ball of its volume
+  float radius_m = 0;    // of a ball of its volume
   float shortest_m = 0;  // its shortest semi-axis
   bool is_ball = true;
 
@@ -23,7 +22,7 @@ struct BodyEllipsoid {
     const float square = radius_m * radius_m;
     return {square, square, square, 0, 0, 0, radius_m, radius_m, true};
   }
-  // How far it reaches along a unit vector, m.
+  // Its extent along a unit vector, m.
   float support_m(const Vec3f& n) const {
     if (is_ball) return radius_m;
     const float square = n.x() * n.x() * xx + n.y() * n.y() * yy + n.z() * n.z() * zz +
@@ -32,9 +31,9 @@ struct BodyEllipsoid {
   }
 };
 
-// The ellipsoids of one kind of bodies, as a ball of radius 1 that is stretched.
+// The ellipsoids of one kind of bodies, as the image of a ball of radius 1.
 struct EllipsoidForm {
-  Eigen::Matrix3f squares = Eigen::Matrix3f::Identity();  // body frame, of determinant 1
+  Eigen::Matrix3f squares = Eigen::Matrix3f::Identity();  // body frame, determinant 1
   float longest = 1, shortest = 1;                        // semi-axes
 
   BodyEllipsoid placed(const Quatf& orientation, float radius_m) const {
@@ -48,25 +47,25 @@ struct EllipsoidForm {
 struct EllipsoidContact {
   Vec3f normal;        // unit, towards a
   float gap;           // m, along it
-  float arm_a, arm_b;  // m, along it from the centres
-  // Its shortest semi-axis over how far it reaches along the normal, 0 .. 1: 1 for a body that lies
-  // flat there, little for one on its edge or end.
+  float arm_a, arm_b;  // m, distance from each centre along it
+  // Its shortest semi-axis over its extent along the normal, 0 .. 1: 1 for a body that lies flat
+  // there, small for one on its edge or end.
   float flatness_a, flatness_b;
 };
 
 inline EllipsoidContact contact_of_balls(float a_m, float b_m, const Vec3f& apart) {
   const float distance = apart.norm();
-  // For two in one place the order decides.
+  // For coincident centres the order decides.
   const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
   return {normal, distance - a_m - b_m, a_m, b_m, 1, 1};
 }
 
-// The contact of two that are nearer than `reach_m`, and perhaps of some that are not. `apart`:
-// from b to a, m.
+// The contact of two ellipsoids nearer than `reach_m`, and possibly of slightly farther ones.
+// `apart`: from b to a, m.
 inline std::optional<EllipsoidContact> contact_of(const BodyEllipsoid& a, const BodyEllipsoid& b,
                                                   const Vec3f& apart, float reach_m) {
   if (a.is_ball && b.is_ball) return contact_of_balls(a.radius_m, b.radius_m, apart);
-  // In double: for a long, thin body hardly a digit of a float is left.
+  // In double: long, thin bodies leave hardly a digit of a float.
   const double xx = double{a.xx} + b.xx, yy = double{a.yy} + b.yy, zz = double{a.zz} + b.zz;
   const double xy = double{a.xy} + b.xy, xz = double{a.xz} + b.xz, yz = double{a.yz} + b.yz;
   const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
@@ -77,12 +76,12 @@ inline std::optional<EllipsoidContact> contact_of(const BodyEllipsoid& a, const 
                           cxy * way.x() + cyy * way.y() + cyz * way.z(),
                           cxz * way.x() + cyz * way.y() + czz * way.z()) /
                      determinant;
-  // So that balls of any two sizes touch as balls.
+  // Balls of any two sizes touch as balls.
   const double sum = double{a.radius_m} + b.radius_m;
   const double squares = double{a.radius_m} * a.radius_m + double{b.radius_m} * b.radius_m;
   const double balls = sum * sum / (2 * squares);
-  const double scale2 = way.dot(slope) / (2 * balls);  // 1 where they touch
-  // The gap is at least as wide as along the shortest axes, whatever the two sizes.
+  const double scale2 = way.dot(slope) / (2 * balls);  // 1 at contact
+  // The gap is at least that along the shortest axes, whatever the two sizes.
   const double farthest = 1 + 1.4143 * reach_m / (double{a.shortest_m} + b.shortest_m);
   if (scale2 > farthest * farthest) return {};
   const double length = slope.norm();
@@ -92,7 +91,7 @@ inline std::optional<EllipsoidContact> contact_of(const BodyEllipsoid& a, const 
   const double scale = std::sqrt(scale2);
   const auto gap = static_cast<float>(2 * balls * scale * (scale - 1) / length);
   const Vec3f normal = (slope / length).cast<float>();
-  // Each has its part of the way.
+  // Divides the distance between them.
   const float reach_a = a.support_m(normal), reach_b = b.support_m(normal);
   const float arms = std::max(apart.dot(normal) - gap, 0.0F) / (reach_a + reach_b);
   return EllipsoidContact{

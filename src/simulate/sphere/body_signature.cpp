@@ -19,9 +19,10 @@ namespace {
 
 using namespace sphere_constants;
 
-// Restitution and friction that differ by less are the same.
+// Smaller differences of restitution and friction count as equal.
 constexpr double kSameMaterial = 1e-3;
-// Roots of moments that differ by less, in the radius of gyration, are one.
+// Roots of moments that differ by less than this, relative to the radius of gyration, count as
+// equal.
 constexpr double kLikeMoments = 1e-6;
 
 void check(const ModelShape& shape, const Material& material, const Signature& signature) {
@@ -55,7 +56,7 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
-// For a program that has measured none for it (job/measured_signatures.h).
+// For programs that have not measured it (job/measured_signatures.h).
 Error no_signature(const ModelShape& shape, const ModelBody& body) {
   return {ErrorKind::input,
           Problem{.pointer = shape_pointer(shape.name),
@@ -79,7 +80,7 @@ void set_spin_measure(const SignatureBody& measured, BodySignature& body) {
       Mat3(axes * scale.cwiseInverse().asDiagonal() * axes.transpose()).cast<float>();
 }
 
-// By geometry alone: of what has no signature.
+// From geometry alone, for objects without a signature.
 BodySignature particle(const ModelShape& shape) {
   BodySignature body;
   const double volume_m3 = shape.mass.volume_m3;
@@ -87,7 +88,7 @@ BodySignature particle(const ModelShape& shape) {
   body.gyration_m = static_cast<float>(std::sqrt(shape.mass.inertia_m5.trace() / (3 * volume_m3)));
   body.outer_radius_m = static_cast<float>(shape.bounding_radius);
   const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
-  // A concave body takes more room than its volume, but others reach into its hull.
+  // A concave body takes more space than its volume, but others enter its hull.
   const double packed_m3 = volume_m3 * std::pow(hull_m3 / volume_m3, kHullShare);
   const double unlike_ball = 1 - shape.smallest_extent / (2 * shape.bounding_radius);
   const double radius_m = std::cbrt(3 * packed_m3 / (4 * kPi));

@@ -23,10 +23,10 @@ void draw(const Vec3f& normal, Philox& random, Collider& body) {
   body.spin = response.spin;
 }
 
-// The factor of both that keeps the energy at `most`.
+// The factor on both velocities that limits the energy to `most`.
 float energy_scale(float now, float most) { return now > most ? std::sqrt(most / now) : 1.0F; }
 
-// They are zero for a body that nothing moves.
+// Zero for a body that nothing moves.
 struct Inverses {
   float mass = 0, inertia = 0;  // 1/kg, 1/(kg m^2)
 };
@@ -36,8 +36,8 @@ Inverses inverses(const Collider& body) {
   return {1 / body.mass_kg, 1 / (body.mass_kg * k * k)};
 }
 
-// A bounce with Coulomb friction of two spheres that touch. Momentum is kept, and angular
-// momentum but for what the spheres' overlap moves the point where they touch.
+// A bounce with Coulomb friction of two touching spheres. It conserves momentum, and also angular
+// momentum up to the shift of the contact point by the spheres' overlap.
 void bounce(const Collision& collision, const Inverses& inverse_a, const Inverses& inverse_b,
             Vec3f& velocity_a, Vec3f& spin_a, Vec3f& velocity_b, Vec3f& spin_b) {
   const Vec3f& normal = collision.normal;
@@ -79,7 +79,7 @@ void draw_both(const Vec3f& normal, Philox& random_a, Philox& random_b, Collider
   const float before = energy(a) + energy(b);
   draw(normal, random_a, a);
   draw(-normal, random_b, b);
-  // Two draws do not know of each other: what they have too much of the momentum is taken back.
+  // The two samples are independent: remove the surplus momentum.
   Vec3f apart = a.velocity - b.velocity;
   apart -= std::min(0.0F, apart.dot(normal)) * normal;
   a.velocity = share_b * apart;

@@ -16,11 +16,11 @@ using Lanes = hn::FixedTag<float, kLanes>;
 
 constexpr uint32_t kNone = KeptImpulse::kLast;
 
-// In outer radii: a hull that is farther from a surface than all but this much of its reach
-// is looked for in a later step, however the surface moves. Speed alone.
+// A hull that is farther from a surface than this share of its reach, in bounding radii, is tested
+// in a later step, however the surface moves. Only affects speed.
 constexpr float kSurelyNear = 0.75F;
 
-// Calls visit(q) for those of the range within reach of the sphere.
+// Calls visit(q) for the members of the range within reach of the sphere.
 template <class Visit>
 void for_each_near(const Vec3f& centre, float reach_m, const SphereReaches& others,
                    const SphereGrid::Range& range, const Visit& visit) {
@@ -59,7 +59,7 @@ void ContactFinder::find_of_block(uint32_t block) {
 void ContactFinder::touch_sleepers(uint32_t p) {
   if (sleepers_.bodies.empty() || step_.motion[p].inverse_mass == 0) return;
   const Vec3f middle = step_.middle.centre(p);
-  // Reaches are seen from the mean motion: sleepers move against it.
+  // Reaches are relative to the mean motion, against which sleepers move.
   const float reach =
       step_.middle.reach[p] + 0.5F * model_.settings.step_s * step_.mean_velocity.norm();
   const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
@@ -76,7 +76,7 @@ void ContactFinder::touch_sleepers(uint32_t p) {
       });
 }
 
-// A large or fast body is tested against its like and all that are smaller.
+// Tests large or fast bodies against each other and all smaller ones.
 void ContactFinder::find_of_coarse_levels() {
   for (size_t level = 1; level < step_.levels.size(); ++level) {
     const SphereStep::Level& here = step_.levels[level];
@@ -159,7 +159,7 @@ bool ContactFinder::lie_on_faces(uint32_t p, const Partner& partner) const {
          model_.method(body, partner.body) == PairMethod::statistical;
 }
 
-// Faces that hit each other are stopped as what lies is: walls hold together by that.
+// Colliding faces are stopped like resting ones: this keeps walls together.
 void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
   const SphereKind& kind = model_.kinds[step_.kind[p]];
   const uint32_t body = step_.body[p], other = partner.body;
@@ -200,7 +200,7 @@ void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
             other, SurfaceFace::none);
 }
 
-// Either of two that sleeps on the other, which moves away. `normal`: towards the one at p.
+// Records a sleeper of the pair whose support moves away. `normal`: towards the body at p.
 void ContactFinder::note_left(uint32_t p, const Partner& partner, const Vec3f& normal) {
   const uint32_t body = step_.body[p], other = partner.body;
   const Vec3f& velocity = step_.motion[p].velocity;
@@ -212,7 +212,7 @@ void ContactFinder::note_left(uint32_t p, const Partner& partner, const Vec3f& n
   }
 }
 
-// A body that was put to sleep stands like a surface.
+// A body that was put to sleep acts as a surface.
 void ContactFinder::note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact,
                                 float closing) {
   const uint32_t body = impact.body_a, other = impact.other;
@@ -309,7 +309,7 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
     const float radius = has_extent ? contact.reach_m : body.surface_radius_m;
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
-    // A body that leans on a wall still flies.
+    // A body that leans on a wall still counts as flying.
     if (std::abs(contact.normal.y()) > kWall) {
       if (!touches) body.surface_radius_m = radius;
       touches = true;
@@ -360,7 +360,7 @@ void ContactFinder::add_patch(const PatchContact& contact, uint32_t other, Surfa
   last = static_cast<uint32_t>(batch_.touches.size() - 1);
 }
 
-// As either of the two kept it.
+// As stored with either of the two bodies.
 ContactImpulse ContactFinder::former_impulse(uint32_t p, const Partner& partner,
                                              const Vec3f& normal) const {
   ContactImpulse impulse = former_impulse(step_.kept_of[p], partner.body, normal);
@@ -371,7 +371,7 @@ ContactImpulse ContactFinder::former_impulse(uint32_t p, const Partner& partner,
   return impulse;
 }
 
-// The impulses of the contact with `other` in the last step, among those that the body kept.
+// The impulses of the contact with `other` in the previous step, among those stored with the body.
 ContactImpulse ContactFinder::former_impulse(uint32_t kept, uint32_t other,
                                              const Vec3f& normal) const {
   for (; kept != kNone; kept = input_.kept[kept].next) {

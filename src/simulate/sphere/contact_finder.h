@@ -1,4 +1,4 @@
-// Finds the contacts of one batch of a step: of a block of the grid, or of all that is much larger
+// Finds the contacts of one batch of a step: of a block of the grid, or of all bodies much larger
 // or faster than most.
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace pilesim {
 
-// Writes the batch, and of the step and its bodies what the search writes. `used`, `patches_used`:
-// see ColouredGroups.
+// Writes the batch, and the parts of the step and its bodies that belong to the search. `used`,
+// `patches_used`: see ColouredGroups.
 class ContactFinder {
  public:
   ContactFinder(const SphereModel& model, const SurfaceGeometry& surfaces,
@@ -39,7 +39,7 @@ class ContactFinder {
  private:
   // The other body of a contact: in the grid, or asleep.
   struct Partner {
-    uint32_t body, row;  // row: of motions, or fixed; see SphereContact
+    uint32_t body, row;  // row of motions, or fixed; see SphereContact
     Vec3f centre, velocity;
     const SphereKind& kind;
     float radius_m;
@@ -67,7 +67,7 @@ class ContactFinder {
   float friction(uint32_t body, const SphereKind& kind) const {
     return input_.root_friction.empty() ? kind.root_friction : input_.root_friction[body];
   }
-  // Neither surfaces nor faces catch on bodies that lie on them.
+  // Surfaces and faces do not catch on bodies that rest on them.
   float surface_friction(uint32_t body, const SphereKind& kind) const {
     return friction(body, kind) / kind.object->interlocking;
   }
@@ -83,7 +83,7 @@ class ContactFinder {
   SphereStep& step_;
   std::vector<uint64_t>&used_, &patches_used_;
   SphereBatch& batch_;
-  std::optional<PlacedBlock> placed_;  // the last one that was looked at
+  std::optional<PlacedBlock> placed_;  // the most recent block
   uint32_t placed_of_ = 0;
 };
 

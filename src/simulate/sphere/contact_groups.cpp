@@ -7,7 +7,7 @@ namespace {
 
 using namespace contact_lanes;
 
-// `arm` n x push is what the push turns.
+// `arm` n x push is the torque.
 HWY_INLINE void apply(const Vec3v& push, const Vec3v& lever, const Vec3v& turn, Vec arm_a,
                       Vec arm_b, Motions& a, Motions& b) {
   a.velocity = add_scaled(a.velocity, a.inverse_mass, push);

@@ -1,8 +1,8 @@
-// Contacts between spheres, and with surfaces, at the level of velocities: resting bodies are
-// carried, rubs and resists rolling (projected Gauss-Seidel). Colliding is not solved here but
-// drawn from signatures.
+// Contacts of spheres with each other and with surfaces, at velocity level: support of resting
+// bodies, friction and rolling resistance, by projected Gauss-Seidel. Collisions are not solved
+// here but sampled from signatures.
 //
-// Contacts are kept in groups of eight that share no sphere, so that vector registers solve a group
+// Contacts are stored in groups of eight that share no sphere, so that SIMD registers solve a group
 // at once.
 #pragma once
 
@@ -18,7 +18,7 @@ namespace pilesim {
 
 inline constexpr size_t kLanes = 8;
 
-// A body as contacts move it. Those that nothing moves have zeros for the inverses.
+// A body's motion for contacts. Bodies that nothing moves have zero inverses.
 struct alignas(32) SphereMotion {
   Vec3f velocity = Vec3f::Zero();  // m/s
   float inverse_mass = 0;          // 1/kg
@@ -26,26 +26,26 @@ struct alignas(32) SphereMotion {
   float inverse_inertia = 0;       // 1/(kg m^2), the same about every axis
 };
 
-// How far a sphere goes in a step.
+// Displacement of a sphere in a step.
 struct alignas(16) SphereShift {
   Vec3f way = Vec3f::Zero();  // m
   float inverse_mass = 0;     // 1/kg
 };
 
-// Impulse of a contact so far in a step, or in the one before; on `a`.
+// Accumulated impulse of a contact in this step or the previous one, on `a`.
 struct ContactImpulse {
   float normal = 0;                                         // N s
   Vec3f friction = Vec3f::Zero(), rolling = Vec3f::Zero();  // N s, N m s
 };
 
 struct SphereContact {
-  uint32_t a, b;       // places: rows of the arrays of motions and shifts
+  uint32_t a, b;       // places: rows in the arrays of motions and shifts
   Vec3f normal;        // unit, from b to a
-  float gap;           // m, at the beginning of the step
+  float gap;           // m, at the start of the step
   float arm_a, arm_b;  // m, from the centres to the contact
   float friction;      // Coulomb's
-  float rolling_m;     // resists turning up to this times the normal impulse
-  float lift;          // share of its depth by which it comes apart in a sweep of separate()
+  float rolling_m;     // rolling resistance: bounds the torque by this times the normal impulse
+  float lift;          // share of its depth that a sweep of separate() removes
   ContactImpulse impulse;
 };
 
@@ -58,33 +58,33 @@ struct alignas(32) ContactGroup {
   Row gap, arm_a, arm_b, friction, rolling_m, lift;
   Row normal_impulse;
   Rows friction_impulse, rolling_impulse;
-  Row normal_mass, tangent_mass, turn_inertia;  // effective; of all groups by prepare()
+  Row normal_mass, tangent_mass, turn_inertia;  // effective; prepare() sets them for all groups
 
   Vec3f normal_of(size_t lane) const;
   ContactImpulse impulse(size_t lane) const;
 };
 
-// Sorts contacts into groups as they come: a group's contacts share no sphere.
+// Sorts contacts into groups as they arrive: a group's contacts share no sphere.
 template <class Group>
 class ColouredGroups {
  public:
-  // Set in `b`: a row of the contacts' own, that nothing moves. Until close(), which puts those
-  // rows at `begin`. Row 0 is for lanes without contact.
+  // Flag in `b`: a row of the contacts' own that nothing moves. close() replaces it by rows from
+  // `begin` on. Row 0 is for lanes without a contact.
   static constexpr uint32_t kFixed = 0x80000000;
 
   void clear() {
     groups_.clear();
     open_.fill({});
   }
-  // Makes room for a contact of two places. `used` by place, zero before the first contact;
-  // clear_marks() makes it so again. Returns the contact's slot: group * kLanes + lane.
+  // Makes room for a contact between two places. `used`, by place, is zero before the first
+  // contact; clear_marks() resets it. Returns the contact's slot: group * kLanes + lane.
   uint32_t take(uint32_t a, uint32_t b, std::vector<uint64_t>& used) {
     const bool fixed = (b & kFixed) != 0;
     const uint64_t taken = used[a] | (fixed ? 0 : used[b]);
     const auto colour = static_cast<size_t>(std::countr_one(taken));
     auto group = static_cast<uint32_t>(groups_.size());
     uint32_t lane = 0;
-    // Beyond all colours each has a group of its own.
+    // When all colours are used, each contact has a group of its own.
     if (colour < kColours) {
       used[a] |= uint64_t{1} << colour;
       if (!fixed) used[b] |= uint64_t{1} << colour;
@@ -137,14 +137,14 @@ class ColouredGroups {
 
 class ContactGroups : public ColouredGroups<ContactGroup> {
  public:
-  uint32_t add(const SphereContact& contact, std::vector<uint64_t>& used);  // its slot
+  uint32_t add(const SphereContact& contact, std::vector<uint64_t>& used);  // returns its slot
 };
 
-// Fills in the effective masses and gives what the contacts begin with.
+// Computes the effective masses and applies the initial impulses.
 void prepare(std::span<ContactGroup> groups, std::span<SphereMotion> motions);
 // One sweep. `inverse_step` in 1/s: a gap may close within the step.
 void solve(float inverse_step, std::span<ContactGroup> groups, std::span<SphereMotion> motions);
-// One sweep that separates contacts deeper than `slop` of their arm.
+// One sweep that separates contacts deeper than `slop` times their arm.
 void separate(float slop, std::span<const ContactGroup> groups, std::span<SphereShift> shifts);
 
 }  // namespace pilesim

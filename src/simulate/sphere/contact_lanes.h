@@ -1,4 +1,4 @@
-// Arithmetic on the contacts of a group, eight at once. For the files that solve groups only.
+// SIMD arithmetic on the eight contacts of a group. Only for files that solve groups.
 #pragma once
 
 #include <hwy/highway.h>
@@ -12,7 +12,7 @@ namespace pilesim::contact_lanes {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Eight floats on every machine: the groups, and with them the results, do not depend on it.
+// Eight floats on every machine, so that groups and results do not depend on it.
 using Lanes = hn::FixedTag<float, kLanes>;
 using Vec = hn::Vec<Lanes>;
 constexpr Lanes kTag;
@@ -126,13 +126,13 @@ HWY_INLINE Vec inverse_or_zero(Vec v) {
   return hn::IfThenElseZero(positive, hn::Div(one, hn::IfThenElse(positive, v, one)));
 }
 
-// Separates contacts deeper than `slop` of their arm; `mass`: effective, along the normal.
+// Separates contacts deeper than `slop` times their arm; `mass`: effective, along the normal.
 HWY_INLINE void separate(Vec slop, Vec mass, const ContactGroup& g, SphereShift* shifts) {
   std::array<Vec, 8> rows;
   const auto row_of = [&](uint32_t place) {
     return hn::Load(hn::FixedTag<float, 4>(), reinterpret_cast<const float*>(shifts + place));
   };
-  // Four of a and four of b to each half of a register: transposed in halves.
+  // Four of a and four of b in each half of a register, transposed within halves.
   for (size_t i = 0; i < 4; ++i) {
     rows[i] = hn::Combine(kTag, row_of(g.a[i + 4]), row_of(g.a[i]));
     rows[i + 4] = hn::Combine(kTag, row_of(g.b[i + 4]), row_of(g.b[i]));

@@ -1,4 +1,4 @@
-// How far the convex hull of an object reaches.
+// The extent of an object's convex hull.
 #pragma once
 
 #include <cmath>
@@ -8,13 +8,14 @@
 namespace pilesim {
 
 struct ConvexExtent {
-  // Body frame: corners (m), and of faces the normals over their distances from the centre (1/m).
-  // A row a coordinate.
+  // Body frame: corners (m), and face normals divided by their distances from the centre (1/m). One
+  // row per coordinate.
   using Points = Eigen::Array<float, 3, Eigen::Dynamic, Eigen::RowMajor>;
   Points corners, faces;
 
   bool is_empty() const { return corners.size() == 0; }
-  // m: towards a plane whose normal is `-down`, and of its surface from the centre. `down`: unit.
+  // Extent (m) towards a plane of normal `-down`, and distance of the hull's surface from the
+  // centre along `down`, unit.
   float support_m(const Vec3f& down) const { return greatest(corners, down); }
   float surface_m(const Vec3f& down) const { return 1 / greatest(faces, down); }
   float least_m() const { return 1 / std::sqrt(faces.square().colwise().sum().maxCoeff()); }

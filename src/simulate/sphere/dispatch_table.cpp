@@ -38,7 +38,7 @@ DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model, Me
   }
 }
 
-// Bodies that the same sides of the same rules name are alike.
+// Bodies named on the same sides of the same rules form a group.
 void DispatchTable::make_groups(const Model& model) {
   const std::vector<ModelPairRule>& rules = model.pair_rules;
   std::vector<std::vector<bool>> named(model.bodies.size(),
@@ -136,7 +136,7 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
   }
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
-  // A body on an exact contact at one end would rock for ever on a sphere at the other.
+  // A body with an exact contact at one end would rock for ever on a sphere at the other.
   if (has_exceptions_ && a == near_exact && b == standing &&
       finer.near_near == PairMethod::statistical) {
     return PairMethod::impulse;

@@ -1,4 +1,4 @@
-// Which method takes a pair of bodies in the mixed mode (dissertation 4.2.2, 4.2.3, Table 4.1).
+// Chooses the method for a pair of bodies in the mixed mode (dissertation 4.2.2, 4.2.3, Table 4.1).
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,20 @@
 
 namespace pilesim {
 
-// How a body is treated in a step. A prefer-statistical body that stands is `standing`: it is I' to
-// I bodies and S to S bodies, so that a ground that a must-impulse body lies on does not become
-// exact for all. I' bodies are solved on it, unless they are particles. Balls cannot stand for
-// bodies with another body through them: rings on a pole would lie as far apart as the balls, which
-// cannot go aside.
+// The treatment of a body in a step. A prefer-statistical body that stands is `standing`: near (I')
+// to must-impulse bodies (I), statistical (S) to statistical ones, so that a ground under one
+// must-impulse body does not become exact for all. Near bodies are solved on it, unless they are
+// particles. Balls cannot represent bodies with another body through them: rings on a pole would be
+// as far apart as balls, which cannot move aside.
 enum class Behaviour : uint8_t {
   exact,        // I: must-impulse
-  threaded,     // I', and an I body reaches into its hull
-  near_exact,   // I': prefer-statistical, its box touches that of an I body
+  threaded,     // near (I'), and a must-impulse body reaches into its hull
+  near_exact,   // near (I'): prefer-statistical, and its box touches that of a must-impulse body
   statistical,  // S: prefer-statistical
-  standing,     // prefer-statistical, static, kinematic or held
+  standing,     // prefer-statistical, and static, kinematic or fixed
 };
 
-// It has several convex pieces: there may be room for something within its hull.
+// It has several convex pieces: another body may fit within its hull.
 inline bool may_be_threaded(const ModelShape& shape) { return shape.pieces.size() > 1; }
 
 inline bool by_spheres(PairMethod method) {
@@ -32,41 +32,41 @@ inline bool by_spheres(PairMethod method) {
 
 class DispatchTable {
  public:
-  // All bodies begin as exact or statistical ones of level 0, by their preference and role. Throws
-  // Error(input) where the rules for pairs make more than 64 different kinds of bodies. As written
-  // (Method::dissertation) the table holds without an exception: nothing is threaded, and standing
-  // bodies are I' to I' bodies at all levels.
+  // All bodies start as exact or statistical at level 0, by their preference and role. Throws
+  // Error(input) if the rules for pairs distinguish more than 64 kinds of bodies.
+  // Method::dissertation uses the table as written: no body is threaded, and standing bodies are
+  // near (I') to near bodies at all levels.
   DispatchTable(const LevelOfDetail& detail, const Model& model, Method method = Method::own);
 
   // `level` counts from 0.
   void set(uint32_t body, Behaviour behaviour, uint32_t level);
-  // For bodies that are I, S or I' now; none where they do not touch: two that stand, or (I, S),
-  // which the update rule keeps from happening.
+  // For bodies that are I, S or I' now. None for pairs that never touch: two standing bodies, or
+  // (I, S), which the update rule prevents.
   PairMethod method(uint32_t a, uint32_t b) const {
     return methods_[class_[a] * classes_ + class_[b]];
   }
-  // Whether touching boxes make an I' body of `body`, prefer-statistical: that pairs with the I
-  // body `exact` are solved.
+  // True if touching boxes make the prefer-statistical `body` a near body (I'), so that its pairs
+  // with the must-impulse body `exact` are solved.
   bool attracts(uint32_t exact, uint32_t body) const;
-  // Whether some rule lets spheres touch this I body.
+  // True if some rule lets spheres touch this must-impulse body.
   bool is_sphere_surface(uint32_t exact) const { return has_rule_[group_[exact]]; }
-  // Whether what the body lies on turns it to a rest pose: particles are left as they are.
+  // True if supports turn the body to a rest pose; particles are not turned.
   bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
-  // Whether bodies of this level that are threaded are solved among each other.
+  // True if threaded bodies of this level are solved among each other.
   bool tells_threaded(uint32_t level) const {
     return has_exceptions_ && levels_[level].near_near == PairMethod::statistical;
   }
-  bool uses(PairMethod method) const;  // anywhere in levels and rules
-  // Whether some pair of dynamic bodies that prefer to be spheres may be solved, or one of such a
-  // body and a prefer-statistical one that stands: by a rule, or at a level that is used.
+  bool uses(PairMethod method) const;  // in any level or rule
+  // True if, by a rule or a level in use, some pair of dynamic prefer-statistical bodies may be
+  // solved, or a pair of such a body with a standing one.
   bool may_solve_spheres() const { return may_solve_spheres_; }
   bool may_solve_standing() const { return may_solve_standing_; }
   const DetailLevel& level(uint32_t index) const { return levels_[index]; }
   uint32_t level_count() const { return static_cast<uint32_t>(levels_.size()); }
 
-  // The classes that set() has given the bodies.
+  // The classes that set() has assigned.
   void save(StateWriter& writer) const { writer(class_); }
-  void load(StateReader& reader);  // throws Error(input) for that of another table
+  void load(StateReader& reader);  // throws Error(input) if it belongs to another table
 
  private:
   static constexpr uint32_t kBehaviours = 5;

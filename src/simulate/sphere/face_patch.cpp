@@ -10,8 +10,7 @@ namespace {
 
 using namespace sphere_constants;
 
-// The normal of the face of `block` that is nearest, as seen along `normal` from outside: against
-// it.
+// The face of `block` that points most directly against `normal`.
 struct NearestFace {
   Vec3f outward;  // unit
   Vec3f middle;   // m
@@ -26,14 +25,14 @@ NearestFace nearest_face(const PlacedBlock& block, const Vec3f& normal) {
   return {outward, block.centre + block.half_m[axis] * outward, axis};
 }
 
-// How far the face reaches from its middle along a direction.
+// Extent of the face from its middle along a direction.
 float reach(const PlacedBlock& block, int face, const Vec3f& direction) {
   const int i = (face + 1) % 3, j = (face + 2) % 3;
   return std::abs(block.axes.col(i).dot(direction)) * block.half_m[i] +
          std::abs(block.axes.col(j).dot(direction)) * block.half_m[j];
 }
 
-// The mean distance from the middle, of a rectangle.
+// Mean distance from the middle of a rectangle.
 float mean_lever(float half_a, float half_b) { return 0.54F * std::hypot(half_a, half_b); }
 
 }  // namespace
@@ -55,11 +54,11 @@ std::optional<FacePatch> patch_between(const PlacedBlock& a, const PlacedBlock& 
   if (gaps_b.maxCoeff() > reach_m) return std::nullopt;
   int of_a = 0, of_b = 0;
   const float gap_a = gaps_a.maxCoeff(&of_a), gap_b = gaps_b.maxCoeff(&of_b);
-  const bool on_b = gap_b >= gap_a;  // on the plane of that one's face
+  const bool on_b = gap_b >= gap_a;  // on the plane of b's face
   const PlacedBlock &base = on_b ? b : a, &upper = on_b ? a : b;
   const int axis = on_b ? of_b : of_a;
   const float side = (on_b ? in_b : in_a)[axis];
-  // From the base to the other one.
+  // From the base towards the other block.
   const Vec3f up = ((side > 0) == on_b ? 1.0F : -1.0F) * base.axes.col(axis);
   const NearestFace face = nearest_face(upper, up);
   const Vec3f to_face = face.middle - base.centre;
@@ -82,7 +81,7 @@ std::optional<FacePatch> patch_between(const PlacedBlock& a, const PlacedBlock& 
   patch.along = base.axes.col((axis + 1) % 3);
   patch.half_along_m = half[0];
   patch.half_across_m = half[1];
-  // The turn of the upper one's outward normal to -up; if that is b, a turns the other way.
+  // Rotation of the upper block's outward normal to -up; if that is b, a turns the other way.
   patch.tilt = (on_b ? 1.0F : -1.0F) * face.outward.cross(-up);
   patch.twist_m = mean_lever(half[0], half[1]);
   return patch;

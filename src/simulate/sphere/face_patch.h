@@ -1,4 +1,4 @@
-// Blocks, bodies that fill their box, and the patch in which two of them lie on each other.
+// Blocks, bodies that nearly fill their box, and the patch on which two of them rest.
 #pragma once
 
 #include <optional>
@@ -8,13 +8,13 @@
 
 namespace pilesim {
 
-// About the centre of mass, along the axes of the body frame.
+// About the centre of mass, along the body's axes.
 struct BlockShape {
   Vec3f centre = Vec3f::Zero();  // m, of the box
   Vec3f half_m = Vec3f::Zero();  // its half sides
 };
 
-// The block of a solid mesh in its body frame that fills kBlockFill of its box, else none.
+// The block of a solid mesh in its body frame; none if it fills less than kBlockFill of its box.
 std::optional<BlockShape> block_shape(const TriangleMesh& mesh, double volume_m3);
 
 // A block in the world.
@@ -27,19 +27,19 @@ struct PlacedBlock {
   Vec3f centre, half_m;  // m
 };
 
-// World frame, of a against b: as a plane of one that the other's nearest face lies on.
+// World frame, of a relative to b: one block's plane with the other's nearest face on it.
 struct FacePatch {
   Vec3f normal;  // unit, from b to a
   float gap_m;   // below 0 where they penetrate
-  Vec3f middle;  // m, of what the faces share
+  Vec3f middle;  // m, of the shared area
   Vec3f along;   // unit, in the plane; the other axis is normal x along
   float half_along_m, half_across_m;
-  Vec3f tilt;     // rad, by which a is to turn until the faces are parallel
-  float twist_m;  // the mean lever of friction against twisting
+  Vec3f tilt;     // rad, rotation of a that makes the faces parallel
+  float twist_m;  // mean lever of friction against twisting
 };
 
-// None where they are farther apart than `reach_m`, or where their faces do not meet: along an edge
-// or at a corner, or past each other. Edges count by the faces beside them.
+// None if they are farther apart than `reach_m`, or their faces do not overlap: along an edge, at a
+// corner, or side by side. Edges count by their adjacent faces.
 std::optional<FacePatch> patch_between(const PlacedBlock& a, const PlacedBlock& b, float reach_m);
 
 // With a plane whose upward normal is `normal`, `height_m` below the centre of mass `position`.

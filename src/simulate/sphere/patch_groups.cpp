@@ -25,7 +25,7 @@ HWY_INLINE Vec3v slip_of(const Motions& a, const Motions& b, const Vec3v& lever_
   return of_a - of_b;
 }
 
-// 1 / the effective mass of a push along `n`.
+// Inverse effective mass of an impulse along `n`.
 HWY_INLINE Vec inverse_along(const Vec3v& n, const Vec3v& lever_a, const Vec3v& lever_b,
                              const Motions& a, const Motions& b) {
   const Vec3v turn_a = cross(lever_a, n), turn_b = cross(lever_b, n);
@@ -64,13 +64,13 @@ HWY_INLINE void solve(Vec inverse_step, PatchGroup& g, SphereMotion* motions) {
   const Vec half_along = load(g.half_along), half_across = load(g.half_across);
   const Vec zero = hn::Zero(kTag), one = hn::Set(kTag, 1.0F);
   const Vec3v rolling_before = load(g.rolling_impulse);
-  // How fast it tips, beyond what brings the faces together.
+  // Tipping velocity beyond that which closes the faces.
   const auto tipping = [&](const Vec3v& axis, Vec tilt) {
     return hn::NegMulAdd(tilt, inverse_step, dot(a.spin - b.spin, axis));
   };
   const Vec tilt_along = load(g.tilt_along), tilt_across = load(g.tilt_across);
-  // The push acts where the pressure is, which tipping has moved up to an edge; without any, at the
-  // corner that comes nearest.
+  // The impulse acts at the centre of pressure, which tipping may move to an edge. Without pressure
+  // it acts at the corner that approaches most.
   const Vec before = load(g.normal_impulse);
   const auto pressed = hn::Gt(before, zero);
   const Vec inverse_push = hn::Div(one, hn::IfThenElse(pressed, before, one));
@@ -91,14 +91,14 @@ HWY_INLINE void solve(Vec inverse_step, PatchGroup& g, SphereMotion* motions) {
   const Vec3v still{zero, zero, zero};
   apply(hn::Sub(normal, before) * n, still, push_a, push_b, a, b);
   const Vec tipped_along = hn::Mul(y, normal), tipped_across = hn::Neg(hn::Mul(x, normal));
-  // Friction, with the velocities that the push left.
+  // Friction, with the velocities after the normal impulse.
   Vec3v slip = slip_of(a, b, lever_a, lever_b);
   slip = sub_scaled(slip, dot(slip, n), n);
   const Vec3v friction_before = load(g.friction_impulse);
   const Vec most = hn::Mul(load(g.friction), normal);
   const Vec3v friction = limited(sub_scaled(friction_before, load(g.tangent_mass), slip), most);
   apply(friction - friction_before, still, lever_a, lever_b, a, b);
-  // Tipping, which moves the pressure, and twisting.
+  // Tipping, which moves the centre of pressure, and twisting.
   const Vec inertia = load(g.turn_inertia);
   const Vec tip_along = within(hn::NegMulAdd(inertia, tipping(along, tilt_along), tipped_along),
                                hn::Mul(half_across, normal));

@@ -1,7 +1,7 @@
-// Contacts between faces, at the level of velocities: see face_patch.h. The pressure between two
-// faces may be anywhere in the patch in which they lie on each other: besides the push at its
-// middle a contact holds back tipping by as much as the push at the patch's edge would, sliding by
-// friction, and twisting by the friction of the patch. In groups of eight, as those of spheres.
+// Contacts between faces, at velocity level: see face_patch.h. The pressure between two faces may
+// act anywhere in their common patch. Besides the normal impulse at its middle, a contact resists
+// tipping by as much as that impulse at the patch's edge could, sliding by friction, and twisting
+// by the friction of the patch. In groups of eight, like those of spheres.
 #pragma once
 
 #include <cstdint>
@@ -14,31 +14,32 @@
 namespace pilesim {
 
 struct PatchContact {
-  uint32_t a, b;           // as of SphereContact
+  uint32_t a, b;           // as in SphereContact
   Vec3f lever_a, lever_b;  // m, from the centres to the patch's middle
   FacePatch patch;
   float friction;  // Coulomb's
-  float lift;      // as of SphereContact
+  float lift;      // as in SphereContact
   float slop_m;    // penetration slop
   ContactImpulse impulse;
 };
 
-// The normal, gap, friction and impulses of its base are those of patches; arm_a is the slop, and
-// normal_mass that of a push at which nothing turns.
+// Normal, gap, friction and impulses of the base class belong to the patches; arm_a is the slop,
+// and normal_mass that of an impulse without rotation.
 struct alignas(32) PatchGroup : ContactGroup {
   Rows lever_a, lever_b;
   Rows along;                   // unit, in the patch
   Row half_along, half_across;  // m, from the middle to the edge
-  Row tilt_along, tilt_across;  // rad, about those two: a is to turn by it until faces are parallel
-  Row twist_m;                  // of the friction: its lever
+  // Rad, about those two axes: rotation of a that makes the faces parallel.
+  Row tilt_along, tilt_across;
+  Row twist_m;  // lever of the friction
 };
 
 class PatchGroups : public ColouredGroups<PatchGroup> {
  public:
-  uint32_t add(const PatchContact& contact, std::vector<uint64_t>& used);  // its slot
+  uint32_t add(const PatchContact& contact, std::vector<uint64_t>& used);  // returns its slot
 };
 
-// As those of spheres.
+// As for spheres.
 void prepare(std::span<PatchGroup> groups, std::span<SphereMotion> motions);
 void solve(float inverse_step, std::span<PatchGroup> groups, std::span<SphereMotion> motions);
 void separate(std::span<const PatchGroup> groups, std::span<SphereShift> shifts);

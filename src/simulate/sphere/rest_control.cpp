@@ -10,7 +10,7 @@
 namespace pilesim {
 namespace {
 
-// Directions and rounds in which offsets are found: shares are right within one in a few hundred.
+// Directions and iterations that find the offsets: shares are accurate to a few per mille.
 constexpr int kDirections = 2048;
 constexpr int kRounds = 400;
 
@@ -63,7 +63,7 @@ std::vector<Likely> likely_poses(const std::vector<KnownRestPose>& poses) {
   return faces;
 }
 
-// By `most` (rad) at most. True once it is there, exactly.
+// Turns by at most `most` (rad). True once it is exactly there.
 bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation) {
   const Vec3f now = orientation * up;
   Vec3f axis = now.cross(normal);
@@ -88,8 +88,8 @@ std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses) {
   for (const Likely& one : likely) {
     targets.push_back({one.pose.up.cast<float>(), static_cast<float>(one.pose.height_m), 0});
   }
-  // Offsets that give the shares are the maximum of a concave function whose gradient is what the
-  // shares lack.
+  // The offsets with the wanted shares maximise a concave function, whose gradient is the shortage
+  // of the shares.
   const std::vector<Vec3f> everywhere = directions();
   std::vector<double> share(targets.size());
   for (int round = 0; round < kRounds; ++round) {

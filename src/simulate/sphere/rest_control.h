@@ -1,5 +1,5 @@
-// Bodies that come to rest on ground end in a pose in which the object can lie (dissertation
-// 3.2.5): they turn towards it. A body that lies on others turns towards one, too, until it sleeps.
+// Turns bodies that come to rest on ground into possible rest poses (dissertation 3.2.5). A body on
+// others also turns towards one, until it sleeps.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,29 @@
 
 namespace pilesim {
 
-// Body frame. A body turns to the pose for which up . axis + offset is largest: of bodies in
-// uniformly random orientations as many come to each as its probability says, by small turns.
+// Body frame. A body turns to the pose with the largest up . axis + offset. Of bodies in uniformly
+// random orientations, each pose then receives its probability, by small rotations.
 struct RestTarget {
   Vec3f up;  // unit
   float height_m;
   float offset;
 };
 
-// The poses of a signature: probabilities by simulation where there are any, the exact pose of the
-// stable face where there is one. At most kMostRestTargets, the likeliest.
+// The poses of a signature: probabilities by simulation if available, and the exact pose of the
+// stable face if there is one. At most kMostRestTargets, the most probable.
 inline constexpr size_t kMostRestTargets = 127;
 std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 
-// The pose of a body whose support pushes along `normal` (world). `targets` is not empty.
+// The pose for a body whose support acts along `normal` (world). `targets` must not be empty.
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
                           const Vec3f& normal);
 
-// Turns the body's `up` (body frame) towards `normal` (world), by this share of the angle between
-// them, 0 .. 1.
+// Turns the body's `up` (body frame) towards `normal` (world) by this share, 0 .. 1, of the angle
+// between them.
 void turn_towards(const Vec3f& up, const Vec3f& normal, float share, Quatf& orientation);
 
-// One step of a body of this outer radius that lies on ground of this normal. True once it is in
-// its pose, exactly.
+// One step of a body with this bounding radius on ground of this normal. True once it is exactly in
+// its pose.
 bool turn_to_rest(const RestTarget& target, const Vec3f& normal, float outer_radius_m,
                   float gravity, float step_s, Quatf& orientation, Vec3f& spin, float& radius_m);
 

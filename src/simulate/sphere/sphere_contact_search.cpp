@@ -9,8 +9,8 @@ namespace pilesim {
 
 using namespace sphere_constants;
 
-// A sphere is where it is in the middle of the step, and reaches as far as it then may be from
-// there, seen from the mean motion.
+// Spheres are sorted at mid-step positions. Their reach covers their motion until then, relative to
+// the mean motion.
 void SphereContactSearch::sort(const Input& input, SphereStep& step) const {
   const size_t count = input.active.size();
   const float half_step = 0.5F * model_.settings.step_s;
@@ -78,7 +78,7 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
       step.centre[p] = body.position;
       step.radius_m[p] = input.radius_m[index];
       step.ellipsoid[p] = model_.ellipsoid(index, body.orientation, input.radius_m[index]);
-      // A body that is also solved exactly turns as it does there.
+      // A body that is also solved exactly turns as in the exact engine.
       const bool by_energy = kind.object != nullptr && !body.shared;
       step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass,
                         by_energy ? kind.object->spin_of(body.orientation, body.spin) : body.spin,

@@ -1,5 +1,5 @@
-// Finds the contacts of a step: spheres sorted into grids, their contacts with each other, with
-// sleepers and with surfaces, in batches that threads can solve side by side.
+// Finds the contacts of a step: sorts spheres into grids, and finds their contacts with each other,
+// with sleepers and with surfaces, in batches for parallel solving.
 #pragma once
 
 #include <span>
@@ -19,24 +19,24 @@ class SphereContactSearch {
   SphereContactSearch(const SphereModel& model, const SurfaceGeometry& surfaces)
       : model_(model), surfaces_(surfaces) {}
 
-  // Input of the search. It writes in `bodies`: `kept`, `touched`, and the surface_radius_m of
-  // flying bodies. (B) but for `active` and `kept`.
+  // Input of the search. It writes the bodies' `kept`, `touched`, and the surface_radius_m of
+  // flying bodies. (B) except for `active` and `kept`.
   struct Input {
     std::span<const uint32_t> active;
     std::span<SphereBody> bodies;
     std::span<const float> radius_m;
-    std::span<const float> root_friction;  // empty: of the kinds
+    std::span<const float> root_friction;  // empty: use those of the kinds
     std::span<const KeptImpulse> kept;
   };
 
-  // The stages of the search; they write the step's fields that are said to be the search's.
-  // Levels of spheres by size and speed, each with a grid of its own.
+  // The stages of the search, which write the step's fields marked as the search's. Levels of
+  // spheres by size and speed have a grid each.
   void sort(const Input& input, SphereStep& step) const;
-  // Brings what the step works on into the order of places.
+  // Copies the data of the step into the order of places.
   void gather(const Input& input, SphereStep& step) const;
   void find_contacts(const Input& input, const SleeperGrid& sleepers, SphereStep& step) const;
 
-  // Appends the contacts of all members as they lie now, of pairs that spheres are to solve.
+  // Appends the current contacts of all members, for pairs that spheres solve.
   void read_contacts(const SphereState& state, std::vector<BodyContact>& contacts) const;
 
  private:
@@ -49,7 +49,7 @@ class SphereContactSearch {
   const SurfaceGeometry& surfaces_;
 };
 
-// The body's own where it has one, or that of its kind.
+// The body's own value if it has one, or that of its kind.
 inline float root_friction(const SphereModel& model, std::span<const float> by_body,
                            uint32_t body) {
   return by_body.empty() ? model.kind(body).root_friction : by_body[body];

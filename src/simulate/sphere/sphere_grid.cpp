@@ -9,10 +9,10 @@
 namespace pilesim {
 namespace {
 
-// At most so many cells a sphere: what lies far out shares the outermost ones.
+// Most cells per sphere: spheres far out share the outermost cells.
 constexpr size_t kCellsPerSphere = 8;
 constexpr size_t kFewestCells = 4096;
-// A median of so many samples, evenly taken, is good enough.
+// The median of this many evenly spaced samples is accurate enough.
 constexpr size_t kSamples = 1000;
 constexpr size_t kSpheresPerTask = 2048, kBlocksPerTask = 4;
 
@@ -40,7 +40,7 @@ void SphereGrid::choose_box(std::span<const Vec3f> centres) {
          static_cast<double>(most)) {
     Eigen::Index axis = 0;
     box.sizes().maxCoeff(&axis);
-    // Most are around here, wherever some may have flown.
+    // Most spheres are around here, even if some have flown away.
     const float middle = sampled_median(small_indices_.size(),
                                         [&](size_t i) { return centres[small_indices_[i]](axis); });
     const float half = box.sizes()(axis) / 4;

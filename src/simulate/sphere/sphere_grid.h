@@ -1,9 +1,8 @@
-// Spheres sorted into the cells of a uniform grid, and the grid's cells into blocks that threads
-// can work on side by side.
+// Sorts spheres into the cells of a uniform grid, and the cells into blocks for parallel work.
 //
-// Cells are as wide as the widest of the small spheres, so that those meet only in neighbouring
-// cells. Spheres more than kLargeRatio times as wide as most are apart: they look into all cells
-// that they reach. Spheres outside the grid's box count as within its outermost cells.
+// Cells are as wide as the largest small sphere, so that small spheres touch only in neighbouring
+// cells. Spheres more than kLargeRatio times as wide as most are separate: they test all cells
+// within their reach. Spheres outside the grid's box count as in its outermost cells.
 #pragma once
 
 #include <algorithm>
@@ -18,17 +17,17 @@ namespace pilesim {
 
 class SphereGrid {
  public:
-  // `radii` include what spheres may come closer in a step. Places 0 .. n - 1 are the spheres in
-  // the order of blocks, cells and indices; large ones are last.
+  // `radii` include the possible approach within a step. Places 0 .. n - 1 are the spheres ordered
+  // by block, cell and index; large ones are last.
   void sort(std::span<const Vec3f> centres, std::span<const float> radii);
 
   std::span<const uint32_t> order() const { return order_; }  // place -> index
-  size_t small_count() const { return small_; }               // places from there on are large
+  size_t small_count() const { return small_; }               // places from here on are large
 
-  float widest_m() const { return widest_m_; }  // the largest radius of the small ones
+  float widest_m() const { return widest_m_; }  // largest radius of the small ones
 
-  // Blocks with spheres in them, each of kBlock^3 cells, are numbered in the order of their places.
-  // Blocks of one colour have no neighbouring cells.
+  // Non-empty blocks, each of kBlock^3 cells, are numbered in the order of their places. Blocks of
+  // one colour have no neighbouring cells.
   static constexpr int kBlock = 8;
   static constexpr size_t kColours = 8;
   std::span<const uint32_t> blocks(size_t colour) const { return coloured_[colour]; }
@@ -37,8 +36,8 @@ class SphereGrid {
     uint32_t begin, end;
   };
 
-  // Calls visit(p, ranges) for each place p of the block. The ranges hold the places whose cells
-  // meet p's, so that over all blocks each pair of small spheres is met once.
+  // Calls visit(p, ranges) for each place p of the block. The ranges contain the places in cells
+  // next to p's, such that all blocks together visit each pair of small spheres once.
   template <class Visit>
   void for_each_place(uint32_t block, const Visit& visit) const {
     std::array<Range, kMostRanges> ranges;
@@ -65,7 +64,7 @@ class SphereGrid {
     });
   }
 
-  // Calls visit(range) for the places of small spheres in the cells that the box meets.
+  // Calls visit(range) for the places of small spheres in cells that intersect the box.
   template <class Visit>
   void for_each_range_in(const Vec3f& low, const Vec3f& high, const Visit& visit) const {
     const std::array<int, 3> from = cell_of(low), to = cell_of(high);
@@ -82,7 +81,7 @@ class SphereGrid {
     });
   }
 
-  // The places of the spheres of a block.
+  // The places of a block's spheres.
   Range places(uint32_t block) const {
     return {start_[(size_t{block} + 1) * kCellsOfBlock],
             start_[(size_t{block} + 2) * kCellsOfBlock]};
@@ -109,7 +108,7 @@ class SphereGrid {
   size_t key_of(int x, int y, int z) const {
     return slot_[box_block(x, y, z)] * kCellsOfBlock + cell_in_block(x, y, z);
   }
-  // Cells of a row that follow each other within a block are one range.
+  // Consecutive cells of a row within a block form one range.
   template <class Visit>
   void for_each_of_row(int from, int to, int y, int z, const Visit& visit) const {
     while (from <= to) {
@@ -121,8 +120,8 @@ class SphereGrid {
     }
   }
   std::array<int, 3> corner_of(size_t box_block) const;
-  // The cell itself with the one beside it, and half of the rows of three around: each in one range
-  // or, where a block ends, in two.
+  // The cell with its neighbour in the row, and half of the surrounding rows of three: each is one
+  // range or, at the end of a block, two.
   static constexpr size_t kMostRanges = 10;
   size_t neighbours(uint32_t key, std::array<Range, kMostRanges>& ranges) const;
   size_t neighbours_across(int x, int y, int z, std::array<Range, kMostRanges>& ranges) const;
@@ -133,10 +132,10 @@ class SphereGrid {
   std::array<size_t, 3> blocks_{};
   float widest_m_ = 0;
   size_t small_ = 0;
-  // Slot 0 is for all blocks of the box that are empty, the others follow each other.
+  // Slot 0 is for all empty blocks of the box; the others are consecutive.
   std::vector<uint32_t> slot_;      // by block of the box
   std::vector<uint32_t> block_of_;  // by slot: of the box
-  std::vector<uint32_t> start_;     // by key = slot and cell: the first place
+  std::vector<uint32_t> start_;     // by key = slot and cell: its first place
   std::vector<uint32_t> keys_;      // by index; before the sort by cell: the block, and the cell
   std::vector<uint16_t> cell_;
   std::vector<uint32_t> order_, by_block_;

@@ -27,7 +27,7 @@ void set_hull(std::span<const Vec3> vertices, SphereKind& kind) {
   }
 }
 
-// The ellipsoid of the same moments, as a ball of radius 1 stretched, and not endlessly.
+// The ellipsoid with the same moments, as a stretched ball of radius 1, with bounded ratios.
 void set_form(const Mat3& inertia_m5, SphereKind& kind) {
   const Mat3 moments = inertia_m5.trace() / 2 * Mat3::Identity() - inertia_m5;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(moments);
@@ -41,7 +41,7 @@ void set_form(const Mat3& inertia_m5, SphereKind& kind) {
                static_cast<float>(std::sqrt(squares.minCoeff()))};
 }
 
-// A body cannot roll on over its long or wide sides.
+// Highest speed at which a body cannot roll on over its long or wide sides.
 float control_speed(const BodySignature& object, float gravity) {
   float lowest_m = object.outer_radius_m;
   for (const RestTarget& target : object.rest_targets) {
@@ -51,7 +51,7 @@ float control_speed(const BodySignature& object, float gravity) {
   return std::max(kControlSpeed * std::sqrt(gravity * object.outer_radius_m), over);
 }
 
-// How much farther than their longest semi-axes two may be from each other where they touch.
+// Factor by which two touching ellipsoids may be farther apart than their longest semi-axes.
 float how_unlike(const SphereKind& a, const SphereKind& b) {
   if (a.object == nullptr || b.object == nullptr) return 1;
   const float sum = a.radius_m + b.radius_m;

@@ -29,7 +29,7 @@ Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
   return (turn * orientation).normalized();
 }
 
-// Whether a body keeps this pose on ground of this slope: straight below its centre is its base.
+// True if the body keeps this pose on ground of this slope: its base is straight below its centre.
 bool is_stable(const SphereKind& kind, const RestTarget& target, const Quatf& orientation,
                const Vec3f& normal, const Vec3f& up) {
   const Quatf there = float_rotation_between(orientation * target.up, normal) * orientation;
@@ -58,7 +58,7 @@ void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body)
   const SphereKind& kind = model_.kinds[step.kind[p]];
   const Vec3f& centre = step.centre[p];
   Vec3f way = step.shift[p].way;
-  // The centre of what is fast, or thin, never passes through a surface.
+  // The centre of a fast or thin body must never pass through a surface.
   if (way.squaredNorm() > 0.25F * kind.thin_m * kind.thin_m) {
     const double hit = surfaces_.first_hit(centre.cast<double>(), (centre + way).cast<double>());
     if (hit < 1) way *= static_cast<float>(0.9 * hit);
@@ -71,8 +71,8 @@ void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body)
   body.orientation = turned(body.orientation, model_.settings.step_s * body.spin);
 }
 
-// A body that has left its place in a structure becomes as wide as in a heap.
-// Blocks stay as long as they lie face to face with something.
+// A body that has left its place in a structure becomes as wide as in a heap. Blocks keep their
+// size while they have face contact.
 void SphereRest::widen(const SphereStep& step, uint32_t p, SphereBody& body,
                        float& radius_m) const {
   const uint32_t index = step.body[p];
@@ -86,7 +86,7 @@ void SphereRest::widen(const SphereStep& step, uint32_t p, SphereBody& body,
   body.surface_radius_m = std::max(body.surface_radius_m, radius_m);
 }
 
-// For so many steps a body is slow before it sleeps.
+// Number of slow steps before a body sleeps.
 float SphereRest::rest_steps(const SphereKind& kind) const {
   const SphereWorldSettings& settings = model_.settings;
   return kRestTime * std::sqrt(kind.outer_m / settings.gravity.norm()) / settings.step_s;
@@ -104,7 +104,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const float steepness = normal.dot(model_.up);
   const bool leans = std::abs(steepness) <= kWall && surface_push > 0;
   const Vec3f& up = leans || steepness > kWall ? normal : model_.up;
-  // A body that spins about the vertical tips over, too.
+  // A body that spins about the vertical tips over as well.
   const Vec3f& spin = step.motion[p].spin;
   const Vec3f rolling = spin - spin.dot(up) * up;
   const float speed = body.velocity.norm() + kind.object->gyration_m * rolling.norm();
@@ -112,7 +112,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const bool controlled =
       (dispatch == nullptr || (dispatch->is_posed(step.body[p]) && !body.propped)) &&
       speed < kind.control_speed && !targets.empty();
-  // Others may lean on it a little.
+  // Other bodies may lean on it a little.
   const bool bears = steepness > kWall && surface_push > 0.5F * weight * steepness &&
                      body_push < 0.25F * surface_push;
   const float ground_push = step.ground_push[p];
@@ -129,10 +129,10 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
     }
   }
   body.rest_target = SphereBody::kNoTarget;
-  // On others, or under them, blows turn it, the less the more lies on it, and slowly its weight
-  // does; against a wall it turns at a rate, and tips over on ground that moves. It turns by a
-  // share of the angle: all of a heap lie aslant, few stand or lie level. Some time before it
-  // sleeps it stops, so that what it has turned into has time to come apart.
+  // On or under others, impacts turn a body, less under a larger load, and its weight turns it
+  // slowly. Against a wall it turns at a rate, and on moving ground it tips over. It turns by a
+  // share of the angle: in a heap all bodies lie aslant, few upright or level. It stops some time
+  // before it sleeps, so that overlaps from turning can separate.
   const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
   const float load = (surface_push + body_push) / weight;
   if (controlled && !bears && !is_late && (step.blow[p] > 0 || load > 0.5F)) {
@@ -144,7 +144,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
     turn_towards(targets[choose_rest_target(targets, body.orientation, up)].up, up,
                  -std::expm1(-turning), body.orientation);
   }
-  // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
+  // Never wider: two bodies that lean on each other would lift and lower themselves for ever.
   const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
   body.surface_radius_m = std::min(body.surface_radius_m, narrower);
   return true;

@@ -1,4 +1,5 @@
-// The last stage of a step: bodies move, and come to rest; those that have left a structure grow.
+// The last stage of a step: moves bodies, brings them to rest, and grows those that left a
+// structure.
 #pragma once
 
 #include <span>
@@ -16,8 +17,8 @@ class SphereRest {
   SphereRest(const SphereModel& model, const SurfaceGeometry& surfaces)
       : model_(model), surfaces_(surfaces) {}
 
-  // Writes all of the awake among `bodies` (B), and of it `radius_m` (B), by the step's motions,
-  // shifts and pushes.
+  // Updates the awake among `bodies` (B) and `radius_m` (B), from the step's motions, shifts and
+  // impulses.
   void move(const SphereStep& step, std::span<SphereBody> bodies, std::span<float> radius_m) const;
 
  private:

@@ -1,6 +1,5 @@
-// The simulator around an engine of spheres: the bodies that are in the world and when, kinematic
-// ones, and their states for others. `World` is SphereWorld, or DrawnWorld of the dissertation's
-// own method.
+// The simulator around a sphere engine: which bodies are in the world and when, kinematic bodies,
+// and states for other parts. `World` is SphereWorld, or DrawnWorld for the dissertation's method.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +23,7 @@ void refuse_what_spheres_lack(const Model& model);
 template <class World>
 class SphereSimulator final : public Simulator {
  public:
-  // `scene` and `model` must outlive it. Throws Error(input) for what spheres cannot be: see
+  // `scene` and `model` must outlive it. Throws Error(input) for features that spheres lack: see
   // refuse_what_spheres_lack().
   SphereSimulator(const Scene& scene, const Model& model, BodySignatures objects)
       : scene_(scene),
@@ -203,7 +202,7 @@ FrameStatistics SphereSimulator<World>::statistics() const {
     statistics.kinetic_energy_j +=
         0.5 * kind.mass_kg * (body.velocity.squaredNorm() + k * k * spin.squaredNorm());
   }
-  // By chunks in their order, so that the sum does not depend on threads.
+  // Sum chunks in order, so that the result does not depend on threads.
   const std::vector<uint32_t>& members = world_.members();
   std::vector<double> potential_j(members.size() / kBodiesPerTask + 1);
   parallel_for(members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {

@@ -60,7 +60,7 @@ void SphereSleepers::wake_by_touch(uint32_t body, SphereState& state) const {
 
 void SphereSleepers::wake_near(uint32_t body, const SurfaceGeometry& surfaces,
                                SphereState& state) const {
-  // Some room for what moves within the step.
+  // Margin for motion within the step.
   constexpr float kRoom = 1.5F;
   const BodySignature* object = model_.kind(body).object;
   const bool is_member = std::ranges::binary_search(state.members, body);
@@ -74,8 +74,8 @@ void SphereSleepers::wake_near(uint32_t body, const SurfaceGeometry& surfaces,
   }
 }
 
-// Bodies of structures, nearest first: those that stand on the body, or all that it touches, and so
-// on until `most_kg` are awake.
+// Wakes bodies of a structure, nearest first: those that stand on the body, or all that it touches,
+// and so on until `most_kg` are awake.
 void SphereSleepers::wake_structure(uint32_t first, float steepness, float most_kg,
                                     SphereState& state) {
   std::span<const SphereBody> bodies = state.bodies;
@@ -122,7 +122,7 @@ void SphereSleepers::wake_hit(uint32_t body, float impulse_ns, SphereState& stat
   wake_structure(body, -1, impulse_ns / (kFelt * model_.rest_speed(model_.kind(body))), state);
 }
 
-// Those that sleep among the awake, in a grid. What is much larger than most is left out.
+// Sorts sleepers among the awake into a grid, without those much larger than most.
 void SphereSleepers::sort_dozing(SphereState& state) {
   state.is_dozing_sorted = true;
   state.dozing =
@@ -152,8 +152,8 @@ bool SphereSleepers::wake_by_contacts(const SphereStep& step, SphereState& state
   return true;
 }
 
-// Sorting all sleepers again costs more the more there are: when those among the awake have cost as
-// much.
+// Sorting all sleepers costs more the more there are: do it when sleepers among the awake have cost
+// as much.
 bool SphereSleepers::is_crowded(size_t awake, SphereState& state) {
   const size_t asleep = state.active.size() - awake;
   state.waiting_for_sleep += asleep;

@@ -1,5 +1,5 @@
-// Which spheres sleep, and what wakes them. Those that sleep lie in a grid of their own, which is
-// sorted again when enough more have fallen asleep: they cost nothing until something comes near.
+// Decides which spheres sleep and what wakes them. Sleepers have their own grid, which is sorted
+// again when enough more have fallen asleep: they cost nothing until a body comes near.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace pilesim {
 
-// LaidSpheres in a grid: made of them alone.
+// A grid of LaidSpheres, derived from them alone.
 struct SleeperGrid {
   SphereGrid grid;
   std::vector<uint32_t> bodies;  // by place, without those much larger than most
@@ -28,18 +28,20 @@ class SphereSleepers {
   const SleeperGrid& lying() const { return lying_; }
 
   void wake(uint32_t body, SphereState& state) const;
-  void wake_by_touch(uint32_t body, SphereState& state) const;  // not what was put to sleep
+  // Except bodies that were put to sleep.
+  void wake_by_touch(uint32_t body, SphereState& state) const;
   void wake_near(uint32_t body, const SurfaceGeometry& surfaces, SphereState& state) const;
   void wake_with_load(uint32_t body, SphereState& state);
   void wake_hit(uint32_t body, float impulse_ns, SphereState& state);
-  // After the search for contacts. True if parts of structures were hit: they are awake now, with
-  // all that they touch, and the search is to be repeated, so that they give way in this step.
+  // After the search for contacts. True if impacts hit structures: the parts they hit are awake
+  // now, with all bodies they touch, and the search must be repeated, so that they give way in this
+  // step.
   bool wake_by_contacts(const SphereStep& step, SphereState& state);
-  // Whether so many of the active sleep, and for so long, that it is time to lay them down.
+  // True if enough active bodies have slept for long enough to move them to the sleepers.
   static bool is_crowded(size_t awake, SphereState& state);
-  // Takes what sleeps, and has been read since, out of the grid of the awake.
+  // Moves sleepers whose state has been read out of the grid of the awake.
   void lay_down(SphereState& state);
-  // Bodies that have woken become active.
+  // Activates bodies that have woken.
   static void join_woken(SphereState& state);
   // After the state was loaded.
   void sort_anew(const SphereState& state);
@@ -50,11 +52,11 @@ class SphereSleepers {
 
   const SphereModel& model_;
   SleeperGrid lying_;
-  SleeperGrid dozing_;  // of wake_structure() only
+  SleeperGrid dozing_;  // only for wake_structure()
 };
 
-// Whether `upper` sleeps on a body that moves away from under it. `up`: the way from
-// one to the other; velocities have the step's gravity in them.
+// True if `upper` sleeps on a body that moves away from under it. `up`: from the lower to the upper
+// one; velocities include the step's gravity.
 bool leaves_behind(const SphereModel& model, std::span<const SphereBody> bodies, uint32_t lower,
                    const Vec3f& velocity, uint32_t upper, const Vec3f& up);
 

@@ -30,7 +30,7 @@ void SphereSolver::collide(const Input& input, SphereStep& step) {
 }
 
 void SphereSolver::collide(const Input& input, const SphereImpact& impact, SphereStep& step) const {
-  // A body that slept until now stays where it is in this step, and goes on with its new motion.
+  // A body that slept so far stays in place in this step, and moves on with its new motion.
   const auto sleeps = [&](uint32_t row) {
     return (row & ContactGroups::kFixed) != 0 || step.motion[row].inverse_mass == 0;
   };
@@ -85,13 +85,13 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
   after(b, impact.other, impact.b, share_s);
 }
 
-// m/s, by which gravity speeds up a particle between its bounce on a surface and the step's end: it
-// comes to the surface without it, and would gain height with each bounce otherwise.
+// m/s, gained by gravity between a particle's bounce on a surface and the end of the step. It
+// reaches the surface without this gain, and would otherwise gain height with each bounce.
 Vec3f SphereSolver::falls_after(const SphereImpact& impact, const Vec3f& closing, float share_s,
                                 bool sleeps) const {
   if (impact.method != PairMethod::particle || sleeps) return Vec3f::Zero();
   const Vec3f change = (model_.settings.step_s - share_s) * model_.settings.gravity;
-  // A body that approaches by the gravity of this step alone is at rest.
+  // A body that approaches only by this step's gravity is at rest.
   return (closing + change).dot(impact.normal) > 0 ? change : Vec3f::Zero();
 }
 
@@ -136,7 +136,7 @@ void SphereSolver::sweep(std::span<SphereBody> bodies, SphereStep& step) {
   });
 }
 
-// For the next step, and for putting to rest.
+// Stores impulses for the next step, and for the stage of rest.
 void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batch,
                                  SphereStep& step) const {
   for (size_t i = 0; i < batch.touches.size(); ++i) {
@@ -166,14 +166,14 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
   }
 }
 
-// The surface with the greatest normal impulse, of several, counts as such.
+// The surface with the largest normal impulse counts as the support.
 void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
                                 SphereStep& step) const {
   float& most_ns = step.surface_push[touch.a];
   const bool is_same = most_ns > 0 && normal.dot(step.surface_normal[touch.a]) > kSameSurface;
   const bool still = touch.face == SurfaceFace::still;
   if (still && is_same) {
-    most_ns += push_ns;  // of several bodies, side by side
+    most_ns += push_ns;  // from several bodies side by side
     return;
   }
   if (touch.face == SurfaceFace::moving && normal.dot(model_.up) > kWall) {
@@ -188,8 +188,8 @@ void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const V
   step.surface_normal[touch.a] = normal;
 }
 
-// A body that another solver moves may be pushed in the midst of a step: sleeping bodies stand like
-// a wall until it is over, and feel the impact then.
+// Another solver may push a body in the middle of a step: sleeping bodies then act as walls until
+// the end of the step, and receive the impact after it.
 void SphereSolver::note_push(std::span<const SphereBody> bodies, const SphereTouch& touch,
                              float push_ns, const SphereStep& step, SphereBatch& batch) const {
   const uint32_t a = step.body[touch.a];
@@ -212,7 +212,7 @@ void SphereSolver::separate(std::span<const SphereBody> bodies, SphereStep& step
         step.shift[p] = {dt * step.motion[p].velocity, 0};
       } else if (step.motion[p].inverse_mass > 0) {
         step.shift[p].way += dt * step.motion[p].velocity;
-        // A flying body moves by its mean velocity: along the parabola, whatever the step.
+        // A flying body moves with its mean velocity: along the parabola, whatever the step.
         const bool flies =
             step.surface_push[p] + step.body_push[p] == 0 && !bodies[step.body[p]].shared;
         if (flies) step.shift[p].way -= 0.5F * dt * dt * model_.settings.gravity;

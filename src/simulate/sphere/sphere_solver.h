@@ -1,6 +1,7 @@
-// Solves the contacts of a step: draws the responses of collisions, solves resting contacts by
-// sweeps of impulses (Gauss-Seidel over blocks of the grid in eight colours, so that threads share
-// nothing and the result does not depend on their number), and separates penetrating bodies.
+// Solves the contacts of a step: samples the responses of collisions, solves resting contacts by
+// sweeps of impulses, and separates penetrating bodies. The sweeps are Gauss-Seidel over blocks of
+// the grid in eight colours, so that threads share nothing and the result does not depend on their
+// number.
 #pragma once
 
 #include <span>
@@ -14,13 +15,13 @@ namespace pilesim {
 
 class SphereSolver {
  public:
-  // In a round: sweeps over a block of the grid before the next one: its contacts are in the cache.
+  // Sweeps over a block of the grid before the next one, while its contacts are in the cache.
   static constexpr int kSweepsAtOnce = 2;
 
   explicit SphereSolver(const SphereModel& model)
       : model_(model), collided_(model.model.bodies.size(), 0) {}
 
-  // (B) of the state. Writes velocities and spins of bodies that slept until now.
+  // (B) of the state. Writes velocities and spins of bodies that slept so far.
   struct Input {
     std::span<SphereBody> bodies;
     std::span<const float> radius_m;
@@ -28,16 +29,16 @@ class SphereSolver {
     uint64_t step_number;
   };
 
-  // Each body collides at most once in a step, first come first served; what else approaches it is
-  // stopped as resting contacts are. Changes motions and shifts.
+  // Each body collides at most once per step, in order of detection; other approaching bodies are
+  // stopped like resting contacts. Changes motions and shifts.
   void collide(const Input& input, SphereStep& step);
   void begin_sweeps(bool is_idle) { sweeps_left_ = is_idle ? 0 : model_.settings.sweeps; }
   bool is_swept() const { return sweeps_left_ == 0; }
-  // A round; nothing after the last one, which writes the step's `kept`, its pushes and the `kept`
-  // of bodies.
+  // One sweep, or several at once. The last one writes the step's `kept`, its impulses and the
+  // bodies' `kept`; further calls do nothing.
   void sweep(std::span<SphereBody> bodies, SphereStep& step);
-  // How far each sphere moves: along its velocity, and out of bodies that it penetrates. Changes
-  // shifts.
+  // Computes the displacement of each sphere: along its velocity, and out of bodies that it
+  // penetrates. Changes shifts.
   void separate(std::span<const SphereBody> bodies, SphereStep& step) const;
 
  private:
@@ -55,7 +56,7 @@ class SphereSolver {
   const SphereModel& model_;
   int sweeps_left_ = 0;
   std::vector<const SphereImpact*> chosen_;
-  std::vector<uint64_t> collided_;  // (B) the number of the step in which it last did, from 1
+  std::vector<uint64_t> collided_;  // (B) number of the step of its last collision, from 1
 };
 
 }  // namespace pilesim

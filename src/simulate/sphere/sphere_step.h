@@ -1,5 +1,5 @@
-// The scratch of a step of the engine of spheres. It lies in the order of the grid ("places"), the
-// awake of structures with those that sleep among them.
+// The scratch of a step of the sphere engine, in the order of the grid ("places"): awake bodies and
+// the sleepers of structures among them.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,7 @@
 
 namespace pilesim {
 
-// By place of a grid: where spheres are, and how far they reach from there, m. Some room after
-// the last place for vectors.
+// By place of a grid: positions and reaches of spheres, m, padded for SIMD.
 struct SphereReaches {
   std::vector<float> x, y, z, reach;
   void resize(size_t count) {
@@ -33,30 +32,30 @@ struct SphereReaches {
   Vec3f centre(size_t place) const { return {x[place], y[place], z[place]}; }
 };
 
-// The face of a surface that a contact is with. None: of an edge, or between bodies.
+// The face in contact on a surface. None: an edge, or a contact between bodies.
 enum class SurfaceFace : uint8_t { none, still, moving };
 
-// A contact as one body or both find it again in the next step.
+// A contact, with the data that finds it again in the next step.
 struct SphereTouch {
-  uint32_t a, b;   // places; b of bodies only
-  uint32_t other;  // body, or kSurface
+  uint32_t a, b;   // places; b only for bodies
+  uint32_t other;  // a body, or kSurface
   uint32_t slot;   // in the groups
-  uint32_t next;   // the next one of a in the batch, or KeptImpulse::kLast
+  uint32_t next;   // the next touch of a in the batch, or KeptImpulse::kLast
   SurfaceFace face;
-  bool patch;       // of faces: the slot is in the patches
-  bool parallel;    // the faces are, nearly
-  float former_ns;  // pushed in the step before
+  bool patch;       // face contact: the slot is in the patches
+  bool parallel;    // the faces are nearly parallel
+  float former_ns;  // impulse of the previous step
 };
 
 struct SphereImpact {
-  uint32_t a, b;  // places; b of bodies only
+  uint32_t a, b;  // places; b only for bodies
   uint32_t body_a, other;
   Vec3f normal, surface_velocity;
   float gap;
   PairMethod method;
 };
 
-// A sleeper that was hit.
+// A sleeper that an impact hit.
 struct SphereHit {
   uint32_t body;
   float impulse_ns;
@@ -66,15 +65,15 @@ struct SphereHit {
 struct SphereBatch {
   ContactGroups contacts;
   PatchGroups patches;
-  std::vector<SphereMotion> fixed;  // rows of the contacts' own: see ContactGroups
+  std::vector<SphereMotion> fixed;  // rows of bodies that nothing moves: see ContactGroups
   uint32_t fixed_begin = 0;
   std::vector<SphereTouch> touches;
-  std::vector<SphereImpact> impacts;  // contacts that collide in this step
+  std::vector<SphereImpact> impacts;  // collisions of this step
   std::vector<SphereHit> hit;
-  std::vector<SphereHit> pushed;  // sleepers, by the sweeps
-  std::vector<uint32_t> left;     // bodies that sleep, by what they stand on
-  uint32_t kept_begin = 0;        // of its touches among what is kept
-  uint32_t pressed = 0;           // contacts that carry something
+  std::vector<SphereHit> pushed;  // sleepers that sweeps pushed
+  std::vector<uint32_t> left;     // sleepers whose support left
+  uint32_t kept_begin = 0;        // of its touches among the kept impulses
+  uint32_t pressed = 0;           // number of loaded contacts
   float deepest_m = 0;
 };
 
@@ -84,36 +83,38 @@ struct SphereStep {
     uint32_t offset = 0;  // of its places
   };
   bool worth_threads = false;
-  Vec3f mean_velocity = Vec3f::Zero();  // m/s, of the active
+  Vec3f mean_velocity = Vec3f::Zero();  // m/s, mean of the active bodies
 
-  // By the search. Motions and shifts go on with the batches' fixed rows.
+  // Written by the search. The batches' fixed rows follow in motions and shifts.
   std::vector<Level> levels;
   std::vector<uint32_t> body;      // by place
-  std::vector<uint32_t> place_of;  // (B) of active ones
+  std::vector<uint32_t> place_of;  // (B) of active bodies
   std::vector<Vec3f> centre;       // m
-  SphereReaches middle;            // where it is in the middle of the step
+  SphereReaches middle;            // positions in the middle of the step
   std::vector<uint32_t> kind;
   std::vector<float> radius_m;
   std::vector<BodyEllipsoid> ellipsoid;
-  std::vector<uint32_t> last_touch, kept_of;  // of the batch; of the step before
-  std::vector<uint32_t> waiting, large;       // of sort() only, as the two below
+  // Last touch in the batch, and last kept impulse of the previous step.
+  std::vector<uint32_t> last_touch, kept_of;
+  std::vector<uint32_t> waiting, large;  // only for sort(), like the two below
   std::vector<Vec3f> sorted_middle;
   std::vector<float> sorted_reach;
   std::vector<SphereBatch> batches;
-  std::vector<std::vector<uint32_t>> colours;  // batches; those of the coarse levels last
+  std::vector<std::vector<uint32_t>> colours;  // batches by colour; those of the coarse levels last
 
-  // By the search, then by collisions, the solver and MixedCoupling.
+  // Written by the search, then by collisions, the solver and MixedCoupling.
   std::vector<SphereMotion> motion;
   std::vector<SphereShift> shift;
-  // Its support, N s: the still surface that pushes most, along `surface_normal`, and all else.
+  // Its support, N s: by the fixed surface with the largest impulse, along `surface_normal`, and by
+  // all else.
   std::vector<float> surface_push, body_push;
-  std::vector<float> ground_push;  // N s, how much of `body_push` is of ground that moves
-  std::vector<float> blow;         // m/s, change of its velocity by a drawn collision with another
+  std::vector<float> ground_push;  // N s, the part of `body_push` from moving ground
+  std::vector<float> blow;  // m/s, change of its velocity by a sampled collision with another body
   std::vector<Vec3f> surface_normal;
-  std::vector<KeptImpulse> kept;  // by touch of all batches
-  std::vector<uint8_t> faced;     // by place: it lies on something face to face
+  std::vector<KeptImpulse> kept;  // by touch, over all batches
+  std::vector<uint8_t> faced;     // by place: has face contact
 
-  // parallel_for, or a plain loop over [0, count) where there is little to do.
+  // parallel_for, or a plain loop over [0, count) if there is little work.
   template <class Do>
   void share_out(size_t count, size_t grain, const Do& work) const {
     if (worth_threads) {
@@ -123,8 +124,8 @@ struct SphereStep {
     }
   }
 
-  // Batches of one colour share no sphere, so that their order, and threads, change nothing. The
-  // largest begin, so that threads end together.
+  // Batches of one colour share no sphere, so neither their order nor threads affect the result.
+  // The largest run first, so that threads finish together.
   template <class Do>
   void for_each_batch(const Do& work) {
     for (const std::vector<uint32_t>& of_colour : colours) {

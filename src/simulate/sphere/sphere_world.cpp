@@ -184,7 +184,7 @@ void require_places(const LaidSpheres& laid) {
   }
 }
 
-// Checks values that are used as an index, or turned into one.
+// Checks values that are used as indices or converted to one.
 void require_sound(const SphereModel& model, const SphereState& state) {
   const size_t count = model.model.bodies.size();
   StateReader::require(state.bodies.size() == count && state.radius_m.size() == count &&

@@ -1,5 +1,5 @@
-// Bodies as spheres that collide by signature: chapter 3 of the dissertation, and piles that stand.
-// In the particle mode (4.3) they bounce as spheres and need no signatures.
+// Bodies as spheres that collide by signature: chapter 3 of the dissertation, and standing
+// structures. In the particle mode (4.3) they bounce as spheres and need no signatures.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace pilesim {
 
-// Both arguments must outlive it. Throws Error(input) if a dynamic body has no signature that fits
-// it, or a hinge or a material with rolling friction, which this mode does not know.
+// Both arguments must outlive it. Throws Error(input) if a dynamic body has no matching signature,
+// or has a hinge or a material with rolling friction, which this mode does not support.
 std::unique_ptr<Simulator> make_statistical_simulator(const Scene& scene, const Model& model);
 
 }  // namespace pilesim

@@ -20,7 +20,7 @@ Bounds box_around(const Bounds& box, const Pose& pose) {
   return result;
 }
 
-// Where the segment crosses the triangle, as a share of its length; 1 if it does not.
+// Intersection of the segment with the triangle, as a share of its length; 1 if there is none.
 double crossing(const Corners& corners, const Vec3& from, const Vec3& way) {
   const Vec3 a = corners[1] - corners[0], b = corners[2] - corners[0];
   const Vec3 p = way.cross(b);
@@ -35,8 +35,8 @@ double crossing(const Corners& corners, const Vec3& from, const Vec3& way) {
   return share >= 0 ? std::min(share, 1.0) : 1;
 }
 
-// How far the points reach against `outward`, of those whose feet are within the triangle and that
-// are below `height`; 0 if none is. Points and triangle: from one origin, surface's frame.
+// Largest extent against `outward` of points below `height` whose projections are within the
+// triangle; 0 if there are none. Points and triangle share an origin in the surface's frame.
 float reach_below(const Corners& corners, const Vec3& outward, float height,
                   const ConvexExtent::Points& points) {
   using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
@@ -159,7 +159,7 @@ void SurfaceGeometry::find(uint32_t surface, const SurfaceProbe& probe,
     contacts.push_back(contact_of(placed, placed.normal, gap, true, probe));
 }
 
-// A body that meets a mesh, and where it may meet it. Surface's frame, but for contacts.
+// A body in contact with a mesh, and its possible contacts. Surface's frame, except for contacts.
 class SurfaceGeometry::MeshSearch {
  public:
   // A triangle that the centre is not above.
@@ -168,11 +168,11 @@ class SurfaceGeometry::MeshSearch {
     Vec3 way;  // from its nearest point to the centre, unit
     double above, distance;
   };
-  // Many searches use it, one after the other.
+  // Reused by consecutive searches.
   struct Scratch {
-    std::vector<SurfaceContact> near;  // what is found; faces come first
+    std::vector<SurfaceContact> near;  // contacts found; faces come first
     std::vector<Beside> beside;
-    ConvexExtent::Points corners;  // of the hull, from the centre
+    ConvexExtent::Points corners;  // of the hull, relative to the centre
   };
 
   MeshSearch(const Placed& placed, const SurfaceProbe& probe, Scratch& scratch)
@@ -208,7 +208,7 @@ class SurfaceGeometry::MeshSearch {
   size_t faces_ = 0;
   std::vector<Beside>& beside_;
   ConvexExtent::Points& corners_;
-  bool has_corners_ = false;  // turned when they are needed
+  bool has_corners_ = false;  // rotated on demand
 };
 
 void SurfaceGeometry::MeshSearch::run() {
@@ -227,7 +227,7 @@ void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
   const double farthest = probe_.farthest_m;
   const Corners& corners = (*placed_.mesh)->tree.corners()[triangle];
   const Vec3& outward = (*placed_.mesh)->outward[triangle];
-  // From behind a triangle keeps nothing out: the front of the solid does.
+  // From behind, a triangle blocks nothing: the front of the solid does.
   const double above = outward.dot(centre_ - corners[0]);
   if (above > farthest || above < -kEdgeOn * farthest) return;
   const Vec3 apart = centre_ - closest_point(corners, centre_);
@@ -241,7 +241,7 @@ void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
   }
 }
 
-// Where the face under the centre goes on all corners are met already.
+// Where the face under the centre continues, all corners have been tested already.
 bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
   const Vec3 normal = placed_.pose.orientation * (*placed_.mesh)->outward[triangle.triangle];
   return std::any_of(near_.begin(), near_.begin() + static_cast<ptrdiff_t>(faces_),
@@ -252,7 +252,7 @@ bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
                      });
 }
 
-// The hull's corners may be over triangles beside the one that the centre is above.
+// The hull's corners may be over triangles next to the one below the centre.
 void SurfaceGeometry::MeshSearch::meet_corners(const Beside& triangle) {
   if (!has_corners_) {
     const Quatf turn = to_local_.cast<float>() * probe_.orientation;
@@ -278,7 +278,7 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& pro
   thread_local MeshSearch::Scratch scratch;
   MeshSearch(placed, probe, scratch).run();
   std::vector<SurfaceContact>& near = scratch.near;
-  // Beside a face that goes on, an edge of it is as deep: rounding is not to choose the edge.
+  // Next to a face that continues, its edge is equally deep: rounding must not choose the edge.
   const auto order = [](const SurfaceContact& contact) {
     return contact.gap - contact.reach_m * (contact.face ? 1.0001F : 1.0F);
   };

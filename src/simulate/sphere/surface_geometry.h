@@ -1,5 +1,5 @@
 // Surfaces that forces do not move and spheres collide with: planes and the triangles of static,
-// kinematic and held bodies.
+// kinematic and fixed bodies.
 #pragma once
 
 #include <cstdint>
@@ -20,24 +20,24 @@ namespace pilesim {
 struct SurfaceContact {
   uint32_t body;   // of the model
   Vec3f normal;    // unit, towards the point
-  float gap;       // m, from the point; less than 0 behind a plane
+  float gap;       // m, from the point; negative behind a plane
   Vec3f velocity;  // m/s, of the surface there
   bool level;      // the surface is horizontal and does not move
-  bool face;       // a face is met, not an edge
-  float reach_m;   // of the body at the point, towards the surface
+  bool face;       // a face contact, not an edge
+  float reach_m;   // extent of the body at the point, towards the surface
 };
 
-// The shape that touches surfaces: a ball, or a convex hull about its centre.
+// The shape to test against surfaces: a ball, or a convex hull about its centre.
 struct SurfaceProbe {
   Vec3f centre;
-  float farthest_m;  // surfaces farther from the centre do not matter,
-  float near_m;      // nor those farther from ball or hull
+  float farthest_m;  // surfaces farther from the centre are ignored,
+  float near_m;      // and so are those farther from ball or hull
   float radius_m = 0;
-  const ConvexExtent* hull = nullptr;  // in place of the ball
+  const ConvexExtent* hull = nullptr;  // used instead of the ball
   Quatf orientation = Quatf::Identity();
 };
 
-// A body's surface in the world: all that is known of it besides the model.
+// A body's surface in the world: everything known of it besides the model.
 struct SurfaceState {
   uint32_t body = 0;
   Pose pose;                 // body frame
@@ -53,7 +53,7 @@ class SurfaceGeometry {
   // `model` must outlive it.
   explicit SurfaceGeometry(const Model& model);
 
-  // Puts a body's shape at `pose` (body frame), or takes it out of the world.
+  // Puts a body's shape at `pose` (body frame), or removes it from the world.
   void place(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& turn_rate);
   void remove(uint32_t body);
 
@@ -61,22 +61,22 @@ class SurfaceGeometry {
   std::vector<SurfaceState> state() const;
   void set_state(const std::vector<SurfaceState>& state);
 
-  // The surfaces (for find) that may be nearer than `reach` to a point of the box. Any thread.
+  // Selects surfaces (for find) that may be nearer than `reach` to a point of the box. Thread-safe.
   void select(const Eigen::AlignedBox3f& box, float reach, std::vector<uint32_t>& surfaces) const;
 
-  // The body of one of them.
+  // The body of a surface.
   uint32_t body(uint32_t surface) const { return placed_[surface].body; }
 
-  // Appends the contacts with surfaces near one of them: one for each direction, kMostContacts at
-  // most, those that are deepest in the surface. Any thread.
+  // Appends the contacts with surfaces near one of them: one per direction, at most kMostContacts,
+  // the deepest ones. Thread-safe.
   void find(uint32_t surface, const SurfaceProbe& probe,
             std::vector<SurfaceContact>& contacts) const;
 
-  // Whether a body's surface may touch the sphere.
+  // True if a surface of the body may touch the sphere.
   bool may_touch(uint32_t body, const Vec3f& centre, float radius) const;
 
-  // The first hit of a point that moves from `from` to `to` with a plane or a triangle, as a share
-  // of its way; 1 if there is none.
+  // First intersection of a point that moves from `from` to `to` with a plane or a triangle, as a
+  // share of the segment; 1 if there is none.
   double first_hit(const Vec3& from, const Vec3& to) const;
 
   static constexpr size_t kMostContacts = 4;
@@ -95,7 +95,7 @@ class SurfaceGeometry {
     const LazyMesh* mesh;                    // null for a plane
     std::optional<SurfaceVelocity> running;  // world
   };
-  // Made when a search first comes near it: who only checks a scene does without.
+  // Built when a search first comes near it, so that checking a scene does not need it.
   struct LazyMesh {
     explicit LazyMesh(const TriangleMesh& of_mesh) : mesh(of_mesh), box(of_mesh.bounds()) {}
     const MeshSurface* operator->() const {
