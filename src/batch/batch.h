@@ -60,7 +60,7 @@ struct BatchForecast {
   uint64_t jobs = 0, done = 0, changed = 0;  // changed: finished with another plan
   std::vector<std::string> changes;          // of the plan, one line each
   size_t sample = 0;
-  // Of all remaining jobs, on this machine.
+  // Totals of all remaining jobs, on this machine.
   double processor_s = 0, wall_s = 0, bytes = 0, files = 0;
   uint64_t peak_memory_bytes = 0;
   double processor_s_each = 0, longest_s_each = 0, bytes_each = 0, files_each = 0;  // per job

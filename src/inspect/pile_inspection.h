@@ -16,7 +16,8 @@ inline constexpr double kRestingSpeed = 0.05;
 // It is not at rest if its centre has crept faster than this share of sqrt(g r) over some time:
 // 0.003 r in kQuietTime. No engine would let such a body sleep.
 inline constexpr double kCreepingSpeed = 0.001;
-// That time, in sqrt(r / g): a body that is slow for this long is not at the top of a bounce.
+// The time of kCreepingSpeed, in sqrt(r / g): a body slow for this long is not at the top of a
+// bounce.
 inline constexpr double kQuietTime = 3;
 // Bodies closer than this share of the mean diameter hold each other up.
 inline constexpr double kTouchingGap = 0.02;

@@ -37,8 +37,8 @@ bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
                                         .expected = std::move(expected)});
 }
 
-// Movable bodies among `found`, except the `take` highest. Of bodies at equal height, the first is
-// taken first.
+// Movable bodies among `found`, except the `take` highest. At equal height, the first body is taken
+// first.
 std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& found, uint64_t take,
                                  const Vec3& gravity) {
   std::vector<std::pair<double, uint32_t>> heights;

@@ -9,9 +9,9 @@
 
 namespace pilesim {
 
-// Of the bodies that should fill the guide of `model`, keeps those whose names and shapes match
-// bodies present in the run (one entry each), and removes the others. Their poses are not copied.
-// Does nothing if no name matches or there is no guide to fill.
+// Keeps the bodies meant to fill the guide of `model` whose names and shapes match bodies present
+// in the run (one entry each), and removes the others. Their poses are not copied. Does nothing if
+// no name matches or there is no guide to fill.
 void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there, Model& model);
 
 }  // namespace pilesim

@@ -14,7 +14,7 @@ namespace pilesim {
 
 struct PackingSettings {
   uint32_t pours = 3;  // of each kind, by the exact engine
-  // Of each kind per iteration of the search, and twice as many at its end.
+  // Number of each kind per iteration of the search, and twice as many at its end.
   uint32_t sphere_pours = 3;
   uint64_t seed = 1;
   ProgressMode progress = ProgressMode::automatic;

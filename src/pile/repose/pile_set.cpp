@@ -257,7 +257,7 @@ std::optional<PileShape> PileSet::row_of(const std::vector<size_t>& cones) const
 }
 
 void PileSet::measure_slopes(const PileMotion& motion) {
-  // Of all cones of a group, stored at its first.
+  // Angles of all cones of a group, stored at its first cone.
   std::vector<std::vector<double>> angles(piles_.size());
   std::vector<size_t> group(piles_.size());
   for (size_t i = 0; i < piles_.size(); ++i) {

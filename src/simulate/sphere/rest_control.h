@@ -10,8 +10,8 @@
 
 namespace pilesim {
 
-// Body frame. A body turns to the pose with the largest up . axis + offset. Of bodies in uniformly
-// random orientations, each pose then receives its probability, by small rotations.
+// Body frame. A body turns to the pose with the largest up . axis + offset. With uniformly random
+// orientations, each pose then receives its share of the bodies by small rotations.
 struct RestTarget {
   Vec3f up;  // unit
   float height_m;
