@@ -19,7 +19,7 @@ using namespace finish_constants;
 namespace {
 
 // Levels of motion of a body.
-constexpr uint8_t kStill = 0, kRestless = 1, kStirring = 2;
+constexpr uint8_t kStill = 0, kRestless = 1, kMoving = 2;
 
 double gravity_of(const Scene& scene) {
   const double gravity = scene.gravity.norm();
@@ -148,8 +148,9 @@ double ExactRest::most_depth_m(uint32_t body) const {
                   kStillDepthInExtents * shape.smallest_extent);
 }
 
-bool ExactRest::is_time_for_sunk() const {
-  return kStep * state_.settling_steps < kSunkTime || state_.sunk.since < kSunkLooks;
+bool ExactRest::is_time_for_penetration() const {
+  return kStep * state_.settling_steps < kPenetratingTime ||
+         state_.penetrating.since < kStalledLooks;
 }
 
 std::unique_ptr<ExactEngine> ExactRest::engine_at(const Scene& scene) const {
@@ -180,19 +181,19 @@ void ExactRest::part() {
   engine_->read_contacts(contacts_);
   Marks pressed;
   if (state_.parting_steps >= kPartingSteps + kMorePartingSteps / 2) pressed = let_go();
-  const Marks sunk = this->sunk();
-  const size_t count = count_of(sunk);
-  state_.sunk.note(count);
+  const Marks penetrating = this->penetrating();
+  const size_t count = count_of(penetrating);
+  state_.penetrating.note(count);
   const bool is_late = state_.parting_steps >= kPartingSteps + kMorePartingSteps;
-  state_.is_parted = count == 0 || (is_late && state_.sunk.since >= kSunkRounds);
+  state_.is_parted = count == 0 || (is_late && state_.penetrating.since >= kStalledRounds);
   if (state_.is_parted) {
-    state_.sunk = {};
+    state_.penetrating = {};
     read_states();
     engine_ = engine_at(settling_);
     begin_to_watch();
   } else {
-    leave_in_solver(with(pressed, around(sunk, kRestless, kRings)));
-    push_apart(sunk);
+    leave_in_solver(with(pressed, around(penetrating, kRestless, kRings)));
+    push_apart(penetrating);
   }
 }
 
@@ -201,7 +202,7 @@ void ExactRest::settle() {
   state_.time_s += settling_.actual_step_s();
   ++state_.settling_steps;
   const double time = kStep * state_.settling_steps;
-  if (time < kCalmTime || time > kLateTime) slow_down();
+  if (time < kDampedTime || time > kLateTime) slow_down();
   static const int kLookSteps = static_cast<int>(std::lround(kStillTime / kStep));
   if (state_.settling_steps % kLookSteps == 0) look();
 }
@@ -216,14 +217,14 @@ void ExactRest::slow_down() {
   for (const uint32_t body : movable_) {
     if (!engine_->is_active(body)) continue;
     const BodyMotion motion = engine_->motion(body);
-    engine_->set_velocity(body, kCalmShare * motion.linear_velocity,
-                          kCalmShare * motion.angular_velocity);
+    engine_->set_velocity(body, kDampedShare * motion.linear_velocity,
+                          kDampedShare * motion.angular_velocity);
   }
 }
 
 // Moves each penetrating body out of the first one that it penetrates.
-void ExactRest::push_apart(const Marks& sunk) {
-  Marks left = sunk;
+void ExactRest::push_apart(const Marks& penetrating) {
+  Marks left = penetrating;
   for (const BodyContact& contact : contacts_) {
     const Vec3 way = -kNudge * contact.distance_m * contact.normal;
     for (const auto& [body, sign] : {std::pair(contact.a, 1.0), std::pair(contact.b, -1.0)}) {
@@ -299,30 +300,30 @@ void ExactRest::begin_to_watch() {
 void ExactRest::look() {
   engine_->read_contacts(contacts_);
   Marks pressed;
-  if (is_time_for_sunk()) pressed = let_go();
-  const Marks sunk = this->sunk();
-  state_.sunk.note(count_of(sunk));
+  if (is_time_for_penetration()) pressed = let_go();
+  const Marks penetrating = this->penetrating();
+  state_.penetrating.note(count_of(penetrating));
   Marks marks = restless();
-  if (is_time_for_sunk()) {
-    std::ranges::transform(marks, sunk, marks.begin(), std::ranges::max);
+  if (is_time_for_penetration()) {
+    std::ranges::transform(marks, penetrating, marks.begin(), std::ranges::max);
   }
   const size_t count = count_of(marks);
   Marks overlooked;
-  if (count == 0) overlooked = this->overlooked(sunk);
+  if (count == 0) overlooked = this->overlooked(penetrating);
   state_.is_at_rest = count == 0 && overlooked.empty();
   state_.still = movable() - count;
   const double few = kFew * static_cast<double>(movable());
   state_.few_are_restless = state_.few_are_restless || static_cast<double>(count) <= few;
   if (state_.few_are_restless) {
     Marks meant = around(marks, kRestless, kRings);
-    const Marks roused = around(marks, kStirring, 1);
+    const Marks woken = around(marks, kMoving, 1);
     for (const uint32_t body : movable_) {
       // Waiting bodies keep waiting unless a neighbour moves.
-      meant[body] = (meant[body] && engine_->is_active(body)) || roused[body] ? 1 : 0;
+      meant[body] = (meant[body] && engine_->is_active(body)) || woken[body] ? 1 : 0;
     }
     leave_in_solver(state_.is_at_rest ? Marks(meant.size(), 0)
                                       : with(overlooked, with(pressed, std::move(meant))));
-    if (is_time_for_sunk()) push_apart(sunk);
+    if (is_time_for_penetration()) push_apart(penetrating);
   }
   begin_to_watch();
 }
@@ -343,12 +344,12 @@ ExactRest::Marks ExactRest::restless() const {
     if (strayed > kStillDrift * radius || !is_slow(shape, gravity, motion)) {
       marks[body] = kRestless;
     }
-    if (strayed > kStirringDrift * radius) marks[body] = kStirring;
+    if (strayed > kWakingDrift * radius) marks[body] = kMoving;
   }
   return marks;
 }
 
-ExactRest::Marks ExactRest::sunk() const {
+ExactRest::Marks ExactRest::penetrating() const {
   Marks marks(model_.bodies.size(), kStill);
   for (const BodyContact& contact : contacts_) {
     for (const uint32_t body : {contact.a, contact.b}) {
@@ -399,7 +400,7 @@ ExactRest::Marks ExactRest::let_go() {
 // after all: left bodies that are now close enough to the surface to be seen, waiting bodies whose
 // support is gone, and penetrating bodies if there are more of them than at best. Empty if there
 // are none.
-ExactRest::Marks ExactRest::overlooked(const Marks& sunk) {
+ExactRest::Marks ExactRest::overlooked(const Marks& penetrating) {
   if (count_of(state_.left) == 0) return {};
   Marks marks(state_.left.size(), 0), touched(state_.left.size(), 0);
   for (const BodyContact& contact : contacts_) {
@@ -410,16 +411,16 @@ ExactRest::Marks ExactRest::overlooked(const Marks& sunk) {
   read_states();
   const std::vector<double> depths = depths_under_surface(model_, states_);
   const double seen_m = kUncoveredDepth * mean_diameter_m(model_);
-  const bool is_worse = count_of(sunk) > state_.sunk.fewest;
+  const bool is_worse = count_of(penetrating) > state_.penetrating.fewest;
   for (uint32_t i = 0; i < marks.size(); ++i) {
     const bool is_lost = is_meant(i) && touched[i] == 0 && !engine_->is_active(i);
     const bool is_uncovered = is_free(i) && !is_meant(i) && depths[i] <= seen_m;
-    const bool is_sunk_anew = is_worse && sunk[i] != kStill;
-    marks[i] = is_lost || is_uncovered || is_sunk_anew ? 1 : 0;
+    const bool penetrates_again = is_worse && penetrating[i] != kStill;
+    marks[i] = is_lost || is_uncovered || penetrates_again ? 1 : 0;
     if (is_uncovered) state_.left[i] = kNotLeft;
   }
   if (count_of(marks) == 0) return {};
-  state_.sunk = {};
+  state_.penetrating = {};
   return marks;
 }
 

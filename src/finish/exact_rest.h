@@ -88,7 +88,7 @@ class ExactRest {
     static void fields(auto& self, auto& stream) { stream(self.position, self.orientation); }
   };
   // Progress of the work on penetrating bodies.
-  struct Sunk {
+  struct PenetrationProgress {
     // Smallest number of such bodies so far.
     uint64_t fewest = std::numeric_limits<uint64_t>::max();
     int since = 0;  // checks since that number last fell
@@ -103,9 +103,9 @@ class ExactRest {
   struct State {
     int parting_steps = 0, settling_steps = 0;
     bool is_parted = false;
-    Sunk sunk;           // of the first phase, then of the second
-    double time_s = 0;   // under gravity
-    uint64_t still = 0;  // number of bodies at rest at the last check
+    PenetrationProgress penetrating;  // of the first phase, then of the second
+    double time_s = 0;                // under gravity
+    uint64_t still = 0;               // number of bodies at rest at the last check
     bool few_are_restless = false;
     bool is_at_rest = false;
     std::vector<Watched> watched;  // by movable_: positions at the last check
@@ -114,7 +114,7 @@ class ExactRest {
     std::vector<WayPoint> ways;
 
     static void fields(auto& self, auto& stream) {
-      stream(self.parting_steps, self.settling_steps, self.is_parted, self.sunk, self.time_s,
+      stream(self.parting_steps, self.settling_steps, self.is_parted, self.penetrating, self.time_s,
              self.still, self.few_are_restless, self.is_at_rest, self.watched, self.way_end,
              self.left, self.ways);
     }
@@ -129,20 +129,20 @@ class ExactRest {
   }
   void leave_what_is_deep();
   Marks let_go();
-  Marks overlooked(const Marks& sunk);
+  Marks overlooked(const Marks& penetrating);
   double most_depth_m(uint32_t body) const;
-  bool is_time_for_sunk() const;
+  bool is_time_for_penetration() const;
   void part();
   void settle();
   void stop_all();
   void slow_down();
-  void push_apart(const Marks& sunk);
+  void push_apart(const Marks& penetrating);
   void keep_ways();
   void read_states();
   void begin_to_watch();
   void look();
   Marks restless() const;
-  Marks sunk() const;
+  Marks penetrating() const;
   Marks around(const Marks& marks, uint8_t least, int rings) const;
   void leave_in_solver(const Marks& meant);
   FrameStatistics statistics();

@@ -15,9 +15,9 @@ inline constexpr double kPartingWay = 0.15;
 inline constexpr int kPartingSteps = 24;
 // Then this number of steps for bodies near those that still penetrate, and more while their number
 // falls. These steps come in rounds, each of which chooses its bodies again. Parting ends when the
-// number has not fallen for kSunkRounds rounds of kPartingRound steps.
+// number has not fallen for kStalledRounds rounds of kPartingRound steps.
 inline constexpr int kMorePartingSteps = 72;
-inline constexpr int kSunkRounds = 4;
+inline constexpr int kStalledRounds = 4;
 inline constexpr int kPartingRound = 6;
 // At the end of each round penetrating bodies are moved apart by this share of their depth.
 // Otherwise some pairs of bodies with several pieces, which contradict each other, would remain. A
@@ -30,8 +30,8 @@ inline constexpr double kNudge = 0.6;
 inline constexpr double kStep = 0.07;
 // For this time each step keeps only this share of the velocities: bodies that stood on overlaps
 // fall, and heaps do not flow.
-inline constexpr double kCalmTime = 3;
-inline constexpr double kCalmShare = 0.9;
+inline constexpr double kDampedTime = 3;
+inline constexpr double kDampedShare = 0.9;
 // From this time on velocities are damped again: bodies that still move swing between two others or
 // roll, and nothing modelled would stop them.
 inline constexpr double kLateTime = 40;
@@ -45,15 +45,15 @@ inline constexpr double kStillDepth = 0.01;
 inline constexpr double kStillDepthInExtents = 0.1;
 // Bodies that penetrate longer than this are left (under a thousand kilograms, for example), if
 // their number has not fallen for this many rest times.
-inline constexpr double kSunkTime = 30;
-inline constexpr int kSunkLooks = 10;
+inline constexpr double kPenetratingTime = 30;
+inline constexpr int kStalledLooks = 10;
 // When at most this share of the bodies moves, the others wait outside the solver, except those
 // within this many contacts of moving ones. If each body waited as soon as it is at rest, the pile
 // would never come to carry its weight.
 inline constexpr double kFew = 0.1;
 inline constexpr int kRings = 2;
 // A waiting body returns to the solver when one that touches it drifts by more than this.
-inline constexpr double kStirringDrift = 0.03;
+inline constexpr double kWakingDrift = 0.03;
 // Longest time for a pile unless the user sets one.
 inline constexpr double kLongest = 100;
 // Without gravity, times use this acceleration, m/s^2.

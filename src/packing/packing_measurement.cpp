@@ -30,23 +30,23 @@ constexpr int kOfSought = 5;
 using Sought = Eigen::Matrix<double, kOfSought, 1>;
 
 // A figure to match, its weight, and its slopes over the parameters.
-struct Met {
+struct Target {
   double PackingFigures::*figure;
   double weight;
   std::array<double, kOfSought> slopes;
 };
-constexpr std::array kMet = {
-    Met{&PackingFigures::heap_height, 1, {1.3, 0.2, -0.1, 0, -0.1}},
-    Met{&PackingFigures::heap_spread, 1, {0.3, -0.04, 0, 0, 0.12}},
-    Met{&PackingFigures::heap_reach, 1, {0.3, 0, -0.3, 0, 0}},
-    Met{&PackingFigures::large_heap_height, 1, {1.5, 0.2, -0.1, 0, -0.07}},
-    Met{&PackingFigures::large_heap_spread, 1, {0.3, -0.04, 0, 0, 0.08}},
-    Met{&PackingFigures::column_height, 1, {2.7, 0.1, -0.1, 0, 0}},
-    Met{&PackingFigures::column_spread, 1, {0, 0, 0, 0.03, 0}},
-    Met{&PackingFigures::column_reach, 1, {0.3, 0, -0.3, 0, 0}},
-    Met{&PackingFigures::column_fraction, 0.3, {-3.3, -0.1, 0.1, 0, 0}},
-    Met{&PackingFigures::dropped, 0.03, {0, 0, 0, 0, 1.5}},
-    Met{&PackingFigures::thrown, 0.03, {0, 0, 0, 0, 0.8}},
+constexpr std::array kTargets = {
+    Target{&PackingFigures::heap_height, 1, {1.3, 0.2, -0.1, 0, -0.1}},
+    Target{&PackingFigures::heap_spread, 1, {0.3, -0.04, 0, 0, 0.12}},
+    Target{&PackingFigures::heap_reach, 1, {0.3, 0, -0.3, 0, 0}},
+    Target{&PackingFigures::large_heap_height, 1, {1.5, 0.2, -0.1, 0, -0.07}},
+    Target{&PackingFigures::large_heap_spread, 1, {0.3, -0.04, 0, 0, 0.08}},
+    Target{&PackingFigures::column_height, 1, {2.7, 0.1, -0.1, 0, 0}},
+    Target{&PackingFigures::column_spread, 1, {0, 0, 0, 0.03, 0}},
+    Target{&PackingFigures::column_reach, 1, {0.3, 0, -0.3, 0, 0}},
+    Target{&PackingFigures::column_fraction, 0.3, {-3.3, -0.1, 0.1, 0, 0}},
+    Target{&PackingFigures::dropped, 0.03, {0, 0, 0, 0, 1.5}},
+    Target{&PackingFigures::thrown, 0.03, {0, 0, 0, 0, 0.8}},
 };
 constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in one iteration
 constexpr double kLeastRolling = 0.003, kMostRolling = 8;
@@ -149,12 +149,12 @@ Sought step_towards(const PackingFigures& wanted, const PackingFigures& now, con
     squares.setIdentity();
     squares *= 1e-9;
     Sought sum = Sought::Zero();
-    for (const Met& met : kMet) {
+    for (const Target& target : kTargets) {
       // A figure may be absent, such as the solid share of a column barely higher than a body.
-      if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
-      const Sought slopes = free.cwiseProduct(Sought(met.slopes.data()));
-      squares += met.weight * slopes * slopes.transpose();
-      sum += met.weight * std::log(wanted.*met.figure / now.*met.figure) * slopes;
+      if (!(wanted.*target.figure > 0 && now.*target.figure > 0)) continue;
+      const Sought slopes = free.cwiseProduct(Sought(target.slopes.data()));
+      squares += target.weight * slopes * slopes.transpose();
+      sum += target.weight * std::log(wanted.*target.figure / now.*target.figure) * slopes;
     }
     Sought step = squares.ldlt().solve(sum);
     bool is_within = true;

@@ -397,7 +397,7 @@ TEST(Mould, WhatIsStuckInAnotherIsTakenOut) {
   const GuideFilling filling = fill_guide(world.scene, world.model);
   EXPECT_GT(filling.kept, 0.8 * filling.dropped);
   EXPECT_LT(std::ranges::max(overlap_depths(world.model, world.states())),
-            guide_constants::kMostStuck * world.model.shapes[shape].bounding_radius);
+            guide_constants::kMostPenetration * world.model.shapes[shape].bounding_radius);
 }
 
 TEST(Mould, WhatIsHeldOtherwiseThanByGlueIsFilledOnce) {

@@ -31,7 +31,7 @@ struct Variable {
   Vec4 x = Vec4::Zero(), s = Vec4::Zero();
   // Scratch of one step.
   cone::Scaling scaling;
-  Vec4 dual_left, way_x, way_s;
+  Vec4 dual_left, step_x, step_s;
 
   // True for the unused strength of a spot, which costs nothing.
   bool is_rest() const { return limit >= 0 && cost[0] == 0; }
@@ -40,8 +40,8 @@ struct Variable {
 // The constraint that a spot gives at most its strength; a slack variable takes the rest. Its row
 // is independent of other pairs', so it is eliminated before the system is factored.
 struct Limit {
-  double most = 0;                    // in mean weights; for a torque also times the body's radius
-  double y = 0, left = 0, way_y = 0;  // as for bodies
+  double most = 0;                     // in mean weights; for a torque also times the body's radius
+  double y = 0, left = 0, step_y = 0;  // as for bodies
   double pivot = 0, known = 0;
   Wrench on_a = Wrench::Zero(), on_b = Wrench::Zero();  // its column in the rows of the bodies
 };
@@ -79,7 +79,7 @@ class Program {
   template <typename Visit>
   void for_limited(Pair& pair, const Visit& visit);
   void take_out(Pair& pair);
-  void find_way(const std::function<Vec4(const Variable&)>& wanted);
+  void find_step(const std::function<Vec4(const Variable&)>& wanted);
   std::pair<double, double> most_steps() const;
   void take_step(double primal, double dual);
   VectorX sum(const std::function<Vec4(const Variable&)>& values) const;
@@ -109,7 +109,7 @@ class Program {
   std::vector<Patch> patches_;
   // (there) variable of its force; then its slack, its torque, that slack, and the shortage.
   std::vector<size_t> spots_;
-  VectorX wanted_, y_, left_, way_y_;  // (6 rows)
+  VectorX wanted_, y_, left_, step_y_;  // (6 rows)
   std::vector<Block> diagonal_, beside_;
   std::optional<BlockCholesky> matrix_;
 };

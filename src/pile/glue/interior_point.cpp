@@ -149,7 +149,7 @@ void Program::take_out(Pair& pair) {
 }
 
 // The step whose scaled parts add up to `wanted` and that removes all residuals.
-void Program::find_way(const std::function<Vec4(const Variable&)>& wanted) {
+void Program::find_step(const std::function<Vec4(const Variable&)>& wanted) {
   const auto given = [&](const Variable& v) -> Vec4 {
     return v.scaling.w * wanted(v) - v.scaling.square * v.dual_left;
   };
@@ -167,44 +167,44 @@ void Program::find_way(const std::function<Vec4(const Variable&)>& wanted) {
     for (Pair& pair : pairs_) {
       for (Limit& limit : pair.limits) {
         double rest = limit.known;
-        if (pair.a != kFixed) rest -= limit.on_a.dot(way_y_.segment<6>(Eigen::Index{6} * pair.a));
-        if (pair.b != kFixed) rest -= limit.on_b.dot(way_y_.segment<6>(Eigen::Index{6} * pair.b));
-        limit.way_y = rest / limit.pivot;
+        if (pair.a != kFixed) rest -= limit.on_a.dot(step_y_.segment<6>(Eigen::Index{6} * pair.a));
+        if (pair.b != kFixed) rest -= limit.on_b.dot(step_y_.segment<6>(Eigen::Index{6} * pair.b));
+        limit.step_y = rest / limit.pivot;
       }
     }
     for_each([&](Variable& v, const Pair& pair) {
-      v.way_s = v.dual_left - pull(v, pair, way_y_, &Limit::way_y);
-      v.way_x = v.scaling.w * wanted(v) - v.scaling.square * v.way_s;
+      v.step_s = v.dual_left - pull(v, pair, step_y_, &Limit::step_y);
+      v.step_x = v.scaling.w * wanted(v) - v.scaling.square * v.step_s;
     });
   };
-  way_y_ = total;
-  matrix_->solve(way_y_);
+  step_y_ = total;
+  matrix_->solve(step_y_);
   follow();
   // Near the end scalings differ by many powers of ten: one refinement step removes the errors of
   // rounding and of the diagonal's shift.
-  VectorX rest = left_ - sum([](const Variable& v) -> Vec4 { return v.way_x; });
+  VectorX rest = left_ - sum([](const Variable& v) -> Vec4 { return v.step_x; });
   matrix_->solve(rest);
-  way_y_ += rest;
+  step_y_ += rest;
   follow();
 }
 
 std::pair<double, double> Program::most_steps() const {
   double primal = 1, dual = 1;
   for (const Variable& v : variables_) {
-    primal = std::min(primal, cone::most_step(v.x, v.way_x));
-    dual = std::min(dual, cone::most_step(v.s, v.way_s));
+    primal = std::min(primal, cone::most_step(v.x, v.step_x));
+    dual = std::min(dual, cone::most_step(v.s, v.step_s));
   }
   return {primal, dual};
 }
 
 void Program::take_step(double primal, double dual) {
-  y_ += dual * way_y_;
+  y_ += dual * step_y_;
   for (Pair& pair : pairs_) {
-    for (Limit& limit : pair.limits) limit.y += dual * limit.way_y;
+    for (Limit& limit : pair.limits) limit.y += dual * limit.step_y;
   }
   for (Variable& v : variables_) {
-    v.x += primal * v.way_x;
-    v.s += dual * v.way_s;
+    v.x += primal * v.step_x;
+    v.s += dual * v.step_s;
   }
 }
 
@@ -221,11 +221,11 @@ GlueSolution Program::run() {
     if (!std::isfinite(mean)) break;
     // Mehrotra (1992): predict a straight step to the end, then correct for the curvature it
     // reveals.
-    find_way([](const Variable& v) -> Vec4 { return -v.scaling.scaled; });
+    find_step([](const Variable& v) -> Vec4 { return -v.scaling.scaled; });
     const auto [primal, dual] = most_steps();
     double ahead = 0;
     for (const Variable& v : variables_) {
-      ahead += (v.x + primal * v.way_x).dot(v.s + dual * v.way_s);
+      ahead += (v.x + primal * v.step_x).dot(v.s + dual * v.step_s);
     }
     const double centring = std::pow(std::clamp(ahead / degree / mean, 0.0, 1.0), 3);
     std::vector<Vec4> curve(variables_.size());
@@ -233,11 +233,11 @@ GlueSolution Program::run() {
       Variable& v = variables_[i];
       const Vec4& size = v.scaling.scaled;
       curve[i] = -cone::product(size, size) -
-                 cone::product(v.scaling.inverse * v.way_x, v.scaling.w * v.way_s);
+                 cone::product(v.scaling.inverse * v.step_x, v.scaling.w * v.step_s);
       curve[i][0] += centring * mean;
       curve[i] = cone::quotient(curve[i], size);
     }
-    find_way([&](const Variable& v) { return curve[&v - variables_.data()]; });
+    find_step([&](const Variable& v) { return curve[&v - variables_.data()]; });
     const auto [most_primal, most_dual] = most_steps();
     take_step(most_primal < 1 ? kStepShare * most_primal : 1,
               most_dual < 1 ? kStepShare * most_dual : 1);

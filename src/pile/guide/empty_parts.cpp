@@ -119,7 +119,7 @@ std::vector<uint32_t> Cells::components(const IsIn& is_in, uint32_t& count) cons
 
 // Distance (m) within the guide from each cell to the nearest marked one; infinite where none is
 // reachable.
-std::vector<double> way_from(const Cells& cells, const std::vector<uint8_t>& marked) {
+std::vector<double> distance_to_marked(const Cells& cells, const std::vector<uint8_t>& marked) {
   using Step = std::pair<double, size_t>;
   std::vector<double> way(cells.size(), std::numeric_limits<double>::infinity());
   std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
@@ -206,7 +206,7 @@ std::string place_of(const EmptyPart& part, const char* side) {
 
 Found find_empty(const Cells& cells, const std::vector<uint8_t>& covered, double radius_m,
                  const Vec3& up) {
-  const std::vector<double> way = way_from(cells, covered);
+  const std::vector<double> way = distance_to_marked(cells, covered);
   uint32_t region_count = 0, part_count = 0;
   const std::vector<uint32_t> region = cells.components(
       [&](size_t cell) { return cells.is_inside(cell) && way[cell] > kEmptyEdge * radius_m; },

@@ -111,7 +111,7 @@ void GlueDirector::note_analysis(const ImpulseControl& control) {
   }
   state_.torn_seen = state_.counts.torn;
   state_.had_forces = is_as_analysed();
-  state_.calm_looks = 0;
+  state_.rest_looks = 0;
 }
 
 // The pile is now every resting body, wherever it has come to lie.

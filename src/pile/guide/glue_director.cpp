@@ -156,10 +156,10 @@ bool GlueDirector::is_left_due(const ImpulseControl& control) {
     seen += 1;
     moving += is_slow(control, body, kSlumped) ? 0 : 1;
   }
-  const bool is_calm =
+  const bool is_at_rest =
       has_changed ? moving <= kMostRolling * seen : moving == 0 && seen > state_.left->bodies;
-  state_.calm_looks = is_calm ? state_.calm_looks + 1 : 0;
-  return state_.calm_looks >= kCalmLooks;
+  state_.rest_looks = is_at_rest ? state_.rest_looks + 1 : 0;
+  return state_.rest_looks >= kRestLooks;
 }
 
 namespace {

@@ -44,14 +44,14 @@ struct GlueState {
   std::vector<PairLine> forces;  // GuideFile::forces
   uint32_t torn_seen = 0;        // number of torn spots at the last analysis
   bool had_forces = false;       // whether that analysis found forces
-  int32_t calm_looks = 0;        // control steps for which the pile has rested after an impact
+  int32_t rest_looks = 0;        // control steps for which the pile has rested after an impact
   std::optional<GlueLeft> left;
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
     stream(self.step, self.start, self.covered, self.spots, self.counts, self.figures, self.place,
-           self.forces, self.torn_seen, self.had_forces, self.calm_looks, self.left,
+           self.forces, self.torn_seen, self.had_forces, self.rest_looks, self.left,
            self.control_steps, self.control_s);
   }
 };

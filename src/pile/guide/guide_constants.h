@@ -59,10 +59,10 @@ inline constexpr int kStepsOfStart = 4;
 // after an impact.
 inline constexpr double kSlumps = 0.2;
 inline constexpr double kSlumped = 0.05;
-// Such a pile must rest for kCalmLooks control steps, since a rocking body also stops where it
+// Such a pile must rest for kRestLooks control steps, since a rocking body also stops where it
 // turns; a share kMostRolling of its bodies may move on. Missing glue below kNothingMissing, in
 // mean weights, counts as none.
-inline constexpr int kCalmLooks = 4;
+inline constexpr int kRestLooks = 4;
 inline constexpr double kMostRolling = 0.02;
 inline constexpr double kNothingMissing = 0.01;
 // Smaller forces between two bodies, in mean weights, are not reported.
@@ -122,8 +122,8 @@ inline constexpr int kCandidates = 16;
 inline constexpr double kMouldCell = 1.0 / 3;
 // Consecutive failed positions after which an iteration ends.
 inline constexpr int kMouldTries = 1000;
-inline constexpr double kMouldFall = 1.5;  // sqrt(r / g), after each iteration
-inline constexpr double kMouldCalm = 0.5;  // sqrt(g r): slower bodies count as at rest
+inline constexpr double kMouldFall = 1.5;       // sqrt(r / g), after each iteration
+inline constexpr double kMouldRestSpeed = 0.5;  // sqrt(g r): slower bodies count as at rest
 inline constexpr uint32_t kMouldRounds = 200;
 // Taps once nothing fits, their speed in sqrt(g r), and the time for each.
 inline constexpr int kTaps = 3;
@@ -137,7 +137,7 @@ inline constexpr double kLeastReach = 1e-3;
 inline constexpr double kMostOutside = 0.1;
 // If two bodies penetrate by more than this, in r, one of them is removed. After each such
 // iteration the others come to rest; the second number limits the iterations.
-inline constexpr double kMostStuck = 0.025;
+inline constexpr double kMostPenetration = 0.025;
 inline constexpr int kMouldRests = 5;
 // Most fillings until glue can hold one.
 inline constexpr uint32_t kMostFillings = 3;

@@ -37,7 +37,7 @@ void GuideDirector::direct(ImpulseControl& control) {
   // begin to slump in the next few. Overlaps need longer.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
   const bool is_start =
-      state_.step <= period || (state_.is_sunk && state_.step <= kMostStart * period);
+      state_.step <= period || (state_.is_penetrating && state_.step <= kMostStart * period);
   if (state_.step > 0 && (is_start || state_.step % period == 0)) {
     const Stopwatch watch;
     control_step(control);
@@ -51,7 +51,7 @@ void GuideDirector::control_step(ImpulseControl& control) {
   control.read_contacts(state_.contacts);
   graph_.build(state_.contacts);
   analyse(control);
-  leave_out_the_sunk();
+  leave_out_penetrating();
   if (guide_.neighbours) keep_well_surrounded(control);
   std::ranges::fill(held_, uint8_t{0});
   if (guide_.control) freeze(control);
@@ -92,18 +92,18 @@ void GuideDirector::analyse(ImpulseControl& control) {
   }
 }
 
-void GuideDirector::leave_out_the_sunk() {
+void GuideDirector::leave_out_penetrating() {
   const auto radius = [&](uint32_t body) {
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
     return shape.is_plane ? std::numeric_limits<double>::infinity() : shape.bounding_radius;
   };
-  state_.is_sunk = false;
+  state_.is_penetrating = false;
   for (const BodyContact& contact : state_.contacts) {
     if (-contact.distance_m <= kMostOverlap * std::min(radius(contact.a), radius(contact.b))) {
       continue;
     }
     chosen_[contact.a] = chosen_[contact.b] = 0;
-    state_.is_sunk = true;
+    state_.is_penetrating = true;
   }
 }
 

@@ -23,7 +23,7 @@ struct GuideState {
   explicit GuideState(size_t bodies);
 
   uint64_t step = 0;                  // the next one
-  bool is_sunk = false;               // bodies penetrated too far at the last control step
+  bool is_penetrating = false;        // bodies penetrated too far at the last control step
   std::vector<BodyContact> contacts;  // of the last control step
   std::vector<uint8_t> asleep;        // (B) 1: put to sleep by this director
   std::vector<Vec3> held_at;          // (B) m, positions of sleeping bodies
@@ -32,7 +32,7 @@ struct GuideState {
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.is_sunk, self.contacts, self.asleep, self.held_at, self.counts,
+    stream(self.step, self.is_penetrating, self.contacts, self.asleep, self.held_at, self.counts,
            self.control_steps, self.control_s);
   }
 };
@@ -56,7 +56,7 @@ class GuideDirector final : public PileHolder {
  private:
   void control_step(ImpulseControl& control);
   void analyse(ImpulseControl& control);
-  void leave_out_the_sunk();
+  void leave_out_penetrating();
   void keep_well_surrounded(const ImpulseControl& control);
   void freeze(ImpulseControl& control);
   void hold(uint32_t body, const Vec3& contact);

@@ -37,12 +37,12 @@ class Mould {
   void fall(double time);
   void tap();
   void settle();
-  bool take_out_stuck();
+  bool remove_penetrating();
   void set_friction(double share);
   double fastest() const;
   double outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const;
   double gap_below(const MouldFilling& filling, const Vec3& up) const;
-  double way_down(const MouldFilling& filling, const Vec3& up, double most_m) const;
+  double descent_m(const MouldFilling& filling, const Vec3& up, double most_m) const;
   MouldFilling read() const;
 
   const Model& model_;
@@ -208,14 +208,14 @@ MouldFilling Mould::run() {
     const bool found_room = insert();
     fall(kMouldFall);
     if (found_room) continue;
-    if (fastest() > kMouldCalm * unit_speed_ && rounds_ < kMouldRounds) continue;
+    if (fastest() > kMouldRestSpeed * unit_speed_ && rounds_ < kMouldRounds) continue;
     if (++taps > kTaps || rounds_ >= kMouldRounds) break;
     tap();
   }
   settle();
   set_friction(1);
   settle();
-  for (int round = 0; round < kMouldRests && take_out_stuck(); ++round) {
+  for (int round = 0; round < kMouldRests && remove_penetrating(); ++round) {
     fall(1);  // let bodies fall that rested on them
     settle();
   }
@@ -225,7 +225,7 @@ MouldFilling Mould::run() {
 // Removes the upper body of each penetrating pair, and bodies that penetrate fixed ones: glue would
 // hold them that way. True if it removed any. Contacts of bodies with several pieces point along
 // their way out, which may be long.
-bool Mould::take_out_stuck() {
+bool Mould::remove_penetrating() {
   std::vector<BodyContact> contacts;
   engine_->read_contacts(contacts);
   const BodyDistances distances(world_);
@@ -237,9 +237,9 @@ bool Mould::take_out_stuck() {
   for (const BodyContact& contact : contacts) {
     const auto [a, b] = std::pair(contact.a, contact.b);
     const uint32_t wall = fill_.count;
-    if (a == wall || b == wall || contact.distance_m > -kMostStuck * radius_) continue;
+    if (a == wall || b == wall || contact.distance_m > -kMostPenetration * radius_) continue;
     if (!engine_->contains(a) || !engine_->contains(b)) continue;
-    if (distances.distance(placed(a), placed(b), 0) > -kMostStuck * radius_) continue;
+    if (distances.distance(placed(a), placed(b), 0) > -kMostPenetration * radius_) continue;
     const Vec3 from_b = engine_->motion(a).position - engine_->motion(b).position;
     const bool a_is_upper = from_b.dot(scene_.gravity) < 0;
     engine_->remove(b >= next_ || (a < next_ && a_is_upper) ? a : b);
@@ -279,7 +279,7 @@ double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
 
 // Largest distance, at most `most_m`, by which the filling can descend without touching a fixed
 // body.
-double Mould::way_down(const MouldFilling& filling, const Vec3& up, double most_m) const {
+double Mould::descent_m(const MouldFilling& filling, const Vec3& up, double most_m) const {
   if (most_m <= 0) return 0;
   const BodyDistances distances(model_);
   double way_m = most_m;
@@ -330,7 +330,7 @@ MouldFilling Mould::read() const {
     filling.kept.emplace_back(i, Pose{motion.position, motion.orientation});
   }
   const Vec3 up = -scene_.gravity.normalized();
-  const double gap = way_down(filling, up, gap_below(filling, up));
+  const double gap = descent_m(filling, up, gap_below(filling, up));
   for (auto& [body, pose] : filling.kept) pose.position -= gap * up;
   std::ranges::stable_sort(filling.kept, {},
                            [&](const auto& one) { return one.second.position.dot(up); });

@@ -38,7 +38,7 @@ void PileSteering::steer(BodyControl& control, const std::vector<SteeredBody>& s
         const Vec3 down = Vec3(body.outward.x(), -body.slope, body.outward.y()).normalized();
         // Drag that balances the driving force and the slope at the target speed.
         const double push = kSpillPush * (1 - body.grip);
-        const double kept = keep((push - down.y()) / (kSpillSpeed * (1 + body.haste)));
+        const double kept = keep((push - down.y()) / (kSpillSpeed * (1 + body.extra_speed)));
         velocity = kept * (velocity + down * (push * gravity_ * step_s));
         turn_rate *= kept;
         break;

@@ -18,14 +18,14 @@ enum class Drive : uint8_t {
 struct SteeredBody {
   uint32_t body = 0;
   Drive drive = Drive::hold;
-  GroundPoint outward;  // unit, away from the pile's core; zero over it
-  double slope = 0;     // tangent of the pile's angle
-  double haste = 0;     // share by which spilling bodies are faster than in a pile at rest
-  double grip = 0;      // from 0, keep moving, to 1, stay
+  GroundPoint outward;     // unit, away from the pile's core; zero over it
+  double slope = 0;        // tangent of the pile's angle
+  double extra_speed = 0;  // share by which spilling bodies are faster than in a pile at rest
+  double grip = 0;         // from 0, keep moving, to 1, stay
   double material_friction = 0;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.body, self.drive, self.outward, self.slope, self.haste, self.grip,
+    stream(self.body, self.drive, self.outward, self.slope, self.extra_speed, self.grip,
            self.material_friction);
   }
 };

@@ -59,7 +59,7 @@ bool PileSupport::surrounded(std::vector<double>& bearings) const {
   for (size_t i = 1; i < bearings.size(); ++i) {
     widest = std::max(widest, bearings[i] - bearings[i - 1]);
   }
-  return widest < kPi + kBearingSlack;
+  return widest < kPi + kBearingTolerance;
 }
 
 void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vector<uint8_t>& asleep,

@@ -38,17 +38,17 @@ inline constexpr double kAvalancheSkin = 0;  // as kSkin: half of them, the rest
 inline constexpr double kOutflow = 0.2;  // above which awake bodies on the surface move on
 
 // half, twice: none
-inline constexpr double kSlack = 0.35;  // height of a body's centre allowed over the ideal surface
+inline constexpr double kTolerance = 0.35;  // largest height of a centre over the ideal surface
 // half: MixedPilesOf.TakeTheAngle, levels; twice: rim
-inline constexpr double kMostSlack = 1;  // where the inside needs filling
+inline constexpr double kMostTolerance = 1;  // where the inside needs filling
 // half, twice: none
 inline constexpr double kFloor = 0.8;  // height below which bodies may rest anywhere
 // half, twice: none
 inline constexpr double kSkin = 0.8;  // depth below the surface of the centres of the top bodies
 // half: none; twice: under
-inline constexpr double kSkinByHaste = 0.5;
+inline constexpr double kSkinByExtraSpeed = 0.5;
 // half, twice: rim
-inline constexpr double kMostHaste = 2;  // of outflow
+inline constexpr double kMostExtraSpeed = 2;  // of outflow
 // half: levels; twice: levels, rim
 inline constexpr double kGripRange = 0.3;  // of outflow, from full grip to none
 
@@ -59,22 +59,22 @@ inline constexpr double kShakenTime = 12;  // time for which bodies after an imp
 // half, twice: none
 inline constexpr double kLeftTime = 3;  // time without contact after which a body counts as alone
 // half: PileSteering.ABounceBetweenTwoDecisionsIsATouch, rim; twice: rim
-inline constexpr double kBlow = 0.3;  // change of velocity beyond gravity's
+inline constexpr double kImpactSpeed = 0.3;  // change of velocity beyond gravity's
 // Largest height over the surface at which an impact counts as one with the pile. half:
 // PileSteering.ABounceBetweenTwoDecisionsIsATouch; twice: none
-inline constexpr double kBlowHeight = 1.5;
+inline constexpr double kImpactHeight = 1.5;
 
 // half: MixedPilesOf.TakeTheAngle; twice: PileSleep.TheScoreAgainstTauPutsWhatCreepsToSleep,
 // levels
 inline constexpr double kRestSpeed = 0.12;  // speed of slow bodies
 // half: none; twice: rim
-inline constexpr uint8_t kCalmDecisions = 3;
+inline constexpr uint8_t kSlowDecisions = 3;
 // half, twice: none
 inline constexpr uint8_t kStillDecisions = 20;  // after which nothing can move the body any more
 // half: none; twice: PileSleep.WhatIsPressedIntoASleeperWakesIt,
 // PileSleep.WhatIsSunkOrHasNoSupportDoesNotSleep,
 // PileWaking.AStillBodyIsLeftItsGraceAndThenSleepsAgain
-inline constexpr double kSunkShare = 0.04;  // of the smallest extent: too deep to sleep
+inline constexpr double kPenetratingShare = 0.04;  // of the smallest extent: too deep to sleep
 
 // half: none; twice: PileThatIsHit.MomentumIsConserved
 inline constexpr double kHeavy = 15;  // momentum, in mean masses times sqrt(g L), that wakes bodies
@@ -110,7 +110,7 @@ inline constexpr double kTouchShare = 0.03;
 // half: levels; twice: rim
 inline constexpr double kBelowShare = 0.1;  // of the smallest extent
 // half, twice: none
-inline constexpr double kBearingSlack = 0.1;  // rad
+inline constexpr double kBearingTolerance = 0.1;  // rad
 
 // --- Piles
 

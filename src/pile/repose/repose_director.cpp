@@ -17,7 +17,7 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 ReposeState::ReposeState(size_t bodies)
     : motion(bodies),
-      calm(bodies),
+      slow_decisions(bodies),
       slept(bodies, 1),
       excess_asleep_m(bodies),
       grace_until_s(bodies),
@@ -49,7 +49,7 @@ void ReposeDirector::decide(BodyControl& control) {
   const double since_s = control.time_s() - state_.now_s;
   state_.now_s = control.time_s();
   read_bodies(control);
-  note_blows(since_s);
+  note_impacts(since_s);
   piles_.place_new(state_.motion, support_.on_fixed);
   if (state_.decisions++ % kSurfacePeriod == 0) piles_.look_at_surfaces(state_.motion);
   piles_.count(state_.motion);
@@ -86,26 +86,26 @@ void ReposeDirector::read_bodies(BodyControl& control) {
 
 // Bouncing bodies may touch the pile for one step between two decisions. Velocity lost to steering
 // counts as well: such a body is braked until it is slow or away from the surface.
-void ReposeDirector::note_blows(double since_s) {
+void ReposeDirector::note_impacts(double since_s) {
   for (const uint32_t body : bodies_.dynamic) {
     const BodyMotion& motion = state_.motion.motion[body];
     const bool is_awake = state_.motion.present[body] && !state_.motion.asleep[body];
     const Vec3 before = state_.velocity_before[body];
     state_.velocity_before[body] = is_awake ? motion.linear_velocity : Vec3::Constant(kUnknown);
     if (!is_awake || support_.grounded[body]) continue;
-    const Vec3 blow = motion.linear_velocity - before - since_s * gravity_;
-    if (!(blow.norm() > kBlow * speed_unit_)) continue;
+    const Vec3 impact = motion.linear_velocity - before - since_s * gravity_;
+    if (!(impact.norm() > kImpactSpeed * speed_unit_)) continue;
     const PilePlace place = piles_.place_of(motion.position);
     if (place.pile == nullptr) continue;
     const double surface_m = place.pile->ideal.surplus_m(place.distance_m, place.round);
-    if (place.over_m - surface_m < kBlowHeight * bodies_.size_m)
+    if (place.over_m - surface_m < kImpactHeight * bodies_.size_m)
       state_.touched_s[body] = state_.now_s;
   }
 }
 
 void ReposeDirector::wake(BodyControl& control, uint32_t body, double grace_s) {
   state_.grace_until_s[body] = std::max(state_.grace_until_s[body], state_.now_s + grace_s);
-  state_.calm[body] = 0;
+  state_.slow_decisions[body] = 0;
   state_.motion.asleep[body] = state_.slept[body] = 0;
   control.wake(body);
 }
@@ -157,27 +157,27 @@ double ReposeDirector::outflow_at(const PilePlace& place) {
 }
 
 // More where the inside needs filling, less where it has too much.
-double ReposeDirector::slack_m(const PilePlace& place) const {
-  return std::clamp(kSlack - outflow_at(place), 0.0, kMostSlack) * bodies_.size_m;
+double ReposeDirector::tolerance_m(const PilePlace& place) const {
+  return std::clamp(kTolerance - outflow_at(place), 0.0, kMostTolerance) * bodies_.size_m;
 }
 
 // A faster and deeper flow needs more.
-double ReposeDirector::haste(const PilePlace& place) {
-  return std::clamp(outflow_at(place), 0.0, kMostHaste);
+double ReposeDirector::extra_speed(const PilePlace& place) {
+  return std::clamp(outflow_at(place), 0.0, kMostExtraSpeed);
 }
 
 bool ReposeDirector::is_on_top(const PilePlace& place, double skin) const {
   const IdealSurface& ideal = place.pile->ideal;
-  const double skin_m = (skin + kSkinByHaste * haste(place)) * bodies_.size_m;
+  const double skin_m = (skin + kSkinByExtraSpeed * extra_speed(place)) * bodies_.size_m;
   return place.distance_m < ideal.reach_m(place.round) &&
          place.over_m > ideal.surplus_m(place.distance_m, place.round) - skin_m;
 }
 
-// Excess beyond `slack_m` over the height where bodies may always rest.
+// Excess beyond `tolerance_m` over the height where bodies may always rest.
 double ReposeDirector::excess_m(const PilePlace& place) const {
   const double floor_m = std::max(
       0.0, kFloor * bodies_.size_m - place.pile->ideal.height_m(place.distance_m, place.round));
-  return place.over_m - floor_m - slack_m(place);
+  return place.over_m - floor_m - tolerance_m(place);
 }
 
 void ReposeDirector::wake_sleepers(BodyControl& control) {
@@ -214,28 +214,28 @@ double ReposeDirector::fastest(uint32_t body) const {
   return std::max(motion.linear_velocity.norm(), turning) / speed_unit_;
 }
 
-bool ReposeDirector::is_sunk(uint32_t body) const {
-  return support_.depth_m[body] > kSunkShare * bodies_.shape_of(model_, body).smallest_m;
+bool ReposeDirector::is_penetrating(uint32_t body) const {
+  return support_.depth_m[body] > kPenetratingShare * bodies_.shape_of(model_, body).smallest_m;
 }
 
 bool ReposeDirector::may_sleep(uint32_t body) const {
   return state_.now_s >= state_.grace_until_s[body] && support_.is_supported[body] &&
-         !is_sunk(body);
+         !is_penetrating(body);
 }
 
 // `place` is in a pile.
 bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const {
   if (!may_sleep(body)) return false;
-  if (state_.calm[body] >= kStillDecisions) return true;
+  if (state_.slow_decisions[body] >= kStillDecisions) return true;
   if (!support_.is_balanced[body]) return false;
-  if (state_.calm[body] >= kCalmDecisions) return true;
+  if (state_.slow_decisions[body] >= kSlowDecisions) return true;
   const double score = place.pile->sleep_score(state_.motion.motion[body].position, fastest(body));
   return score > place.pile->settings.tau;
 }
 
 // A body pressed into a sleeper cannot separate from it alone.
 void ReposeDirector::free_from_overlap(BodyControl& control, uint32_t body) {
-  if (state_.calm[body] < kStillDecisions || !is_sunk(body)) return;
+  if (state_.slow_decisions[body] < kStillDecisions || !is_penetrating(body)) return;
   const uint32_t other = support_.deepest_in[body];
   if (state_.motion.asleep[other]) wake(control, other, kGrace * time_unit_s_);
 }
@@ -251,14 +251,15 @@ void ReposeDirector::judge_awake(BodyControl& control) {
     const bool is_free =
         left || state_.now_s < state_.shaken_until_s[body] || momentum_of(body) >= kHeavy;
     if (!is_free) {
-      state_.calm[body] = fastest(body) < kRestSpeed
-                              ? static_cast<uint8_t>(std::min(200, state_.calm[body] + 1))
-                              : uint8_t{0};
+      state_.slow_decisions[body] =
+          fastest(body) < kRestSpeed
+              ? static_cast<uint8_t>(std::min(200, state_.slow_decisions[body] + 1))
+              : uint8_t{0};
     }
     if (place.pile == nullptr || is_free) {
       control.set_friction(body, friction);
       // Bodies that spilled over a wall are not steered, but need not be simulated for ever.
-      if (!is_free && state_.calm[body] >= kStillDecisions && may_sleep(body)) {
+      if (!is_free && state_.slow_decisions[body] >= kStillDecisions && may_sleep(body)) {
         put_to_sleep(control, body);
       }
       continue;
@@ -272,8 +273,9 @@ void ReposeDirector::judge_awake(BodyControl& control) {
       const bool moves_on = outflow > kOutflow && is_on_top(place, kSkin);
       drive = rises_over || moves_on ? Drive::spill : Drive::hold;
     }
-    const bool stuck = drive == Drive::spill && state_.calm[body] >= kStillDecisions;
-    if ((drive == Drive::hold || stuck) && ripe_for_sleep(body, place)) {
+    const bool has_stopped =
+        drive == Drive::spill && state_.slow_decisions[body] >= kStillDecisions;
+    if ((drive == Drive::hold || has_stopped) && ripe_for_sleep(body, place)) {
       put_to_sleep(control, body);
       state_.excess_asleep_m[body] = std::max(0.0, excess);
       continue;
@@ -282,7 +284,7 @@ void ReposeDirector::judge_awake(BodyControl& control) {
                               .drive = drive,
                               .outward = place.pile->shape->outward({position.x(), position.z()}),
                               .slope = place.pile->shape->slope(),
-                              .haste = haste(place),
+                              .extra_speed = extra_speed(place),
                               .grip = std::clamp(0.5 - outflow / kGripRange, 0.0, 1.0),
                               .material_friction = friction});
   }
@@ -298,7 +300,7 @@ void ReposeDirector::load(StateReader& reader) {
   const size_t count = model_.bodies.size();
   const ReposeState& s = state_;
   for (const size_t size : {s.motion.motion.size(), s.motion.present.size(), s.motion.asleep.size(),
-                            s.motion.landed.size(), s.calm.size(), s.slept.size(),
+                            s.motion.landed.size(), s.slow_decisions.size(), s.slept.size(),
                             s.excess_asleep_m.size(), s.grace_until_s.size(), s.touched_s.size(),
                             s.shaken_until_s.size(), s.velocity_before.size()}) {
     StateReader::require(size == count, "an entry for each body");

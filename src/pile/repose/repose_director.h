@@ -23,7 +23,7 @@ struct ReposeState {
   uint64_t decisions = 0;
   double now_s = 0;                     // time of the last decision or measurement
   PileMotion motion;                    // at that time
-  std::vector<uint8_t> calm;            // (B) consecutive decisions at which it was slow
+  std::vector<uint8_t> slow_decisions;  // (B) consecutive decisions at which it was slow
   std::vector<uint8_t> slept;           // (B) asleep after the last decision, or absent
   std::vector<double> excess_asleep_m;  // (B) its excess when it fell asleep unsteered
   std::vector<double> grace_until_s;    // (B) earliest time at which it may be put to sleep
@@ -37,7 +37,7 @@ struct ReposeState {
   std::vector<std::vector<uint8_t>> dense;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.steps, self.decisions, self.now_s, self.motion, self.calm, self.slept,
+    stream(self.steps, self.decisions, self.now_s, self.motion, self.slow_decisions, self.slept,
            self.excess_asleep_m, self.grace_until_s, self.touched_s, self.shaken_until_s,
            self.velocity_before, self.steered, self.plausibility, self.wakes_by_momentum,
            self.woken_by_avalanches, self.dense);
@@ -70,21 +70,21 @@ class ReposeDirector final : public StepDirector {
   uint32_t wake_all(BodyControl& control);
   bool scores(uint32_t body) const;
   void read_bodies(BodyControl& control);
-  void note_blows(double since_s);
+  void note_impacts(double since_s);
   void wake_by_momentum(BodyControl& control);
   double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
   bool flies_at_a_sleeper(uint32_t body, double near_m) const;
   void wake_sleepers(BodyControl& control);
   void judge_awake(BodyControl& control);
   double excess_m(const PilePlace& place) const;
-  double slack_m(const PilePlace& place) const;
-  static double haste(const PilePlace& place);
+  double tolerance_m(const PilePlace& place) const;
+  static double extra_speed(const PilePlace& place);
   static double outflow_at(const PilePlace& place);
   bool is_on_top(const PilePlace& place, double skin) const;
   bool may_sleep(uint32_t body) const;
   bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
   double fastest(uint32_t body) const;  // speed of its fastest point, roughly, in sqrt(g L)
-  bool is_sunk(uint32_t body) const;
+  bool is_penetrating(uint32_t body) const;
   void free_from_overlap(BodyControl& control, uint32_t body);
   void wake(BodyControl& control, uint32_t body, double grace_s);
   void put_to_sleep(BodyControl& control, uint32_t body);

@@ -53,7 +53,7 @@ void ContactFinder::find_of_block(uint32_t block) {
     }
     touch_sleepers(p);
   });
-  meet_surfaces(grid.places(block));
+  find_surface_contacts(grid.places(block));
 }
 
 void ContactFinder::touch_sleepers(uint32_t p) {
@@ -98,7 +98,7 @@ void ContactFinder::find_of_coarse_levels() {
       }
       touch_sleepers(p);
     }
-    meet_surfaces({here.offset, end});
+    find_surface_contacts({here.offset, end});
   }
 }
 
@@ -230,7 +230,7 @@ void ContactFinder::note_impact(uint32_t p, const Partner& partner, const Sphere
   }
 }
 
-void ContactFinder::meet_surfaces(SphereGrid::Range places) {
+void ContactFinder::find_surface_contacts(SphereGrid::Range places) {
   const auto reach_of = [&](uint32_t p) {
     return model_.kinds[step_.kind[p]].outer_m * (1 + kNearby) +
            step_.motion[p].velocity.norm() * model_.settings.step_s;
@@ -249,11 +249,11 @@ void ContactFinder::meet_surfaces(SphereGrid::Range places) {
     return;
   }
   for (uint32_t p = places.begin; p < places.end; ++p) {
-    if (step_.motion[p].inverse_mass > 0) meet_surfaces(p, reach_of(p), near);
+    if (step_.motion[p].inverse_mass > 0) find_surface_contacts(p, reach_of(p), near);
   }
 }
 
-void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near) {
+void ContactFinder::find_surface_contacts(uint32_t p, float reach, std::span<const uint32_t> near) {
   const uint32_t index = step_.body[p];
   SphereBody& body = input_.bodies[index];
   const SphereKind& kind = model_.kinds[step_.kind[p]];

@@ -55,8 +55,8 @@ class ContactFinder {
   void touch_by_faces(uint32_t p, const Partner& partner);
   void note_left(uint32_t p, const Partner& partner, const Vec3f& normal);
   void note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact, float closing);
-  void meet_surfaces(SphereGrid::Range places);
-  void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near);
+  void find_surface_contacts(SphereGrid::Range places);
+  void find_surface_contacts(uint32_t p, float reach, std::span<const uint32_t> near);
   void add_contact(const SphereContact& contact, uint32_t other, SurfaceFace face);
   void add_patch(const PatchContact& contact, uint32_t other, SurfaceFace face);
   ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;

@@ -80,7 +80,7 @@ inline constexpr float kOver = 0.5F;
 inline constexpr float kTurnRate = 0.4F;
 // An impact that changes a velocity by more than this, in sqrt(g r), turns the body no farther.
 // half, twice: none
-inline constexpr float kHardBlow = 2;
+inline constexpr float kHardImpact = 2;
 // An impact turns a loaded body less: half as far at a load of ten times its weight. half, twice:
 // none
 inline constexpr float kHeld = 0.1F;

@@ -137,7 +137,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const float load = (surface_push + body_push) / weight;
   if (controlled && !bears && !is_late && (step.blow[p] > 0 || load > 0.5F)) {
     const float at_rest = load > 0.5F ? gravity * dt / scale : 0;
-    const float blow = std::min(step.blow[p] / scale, kHardBlow) / (1 + kHeld * load);
+    const float blow = std::min(step.blow[p] / scale, kHardImpact) / (1 + kHeld * load);
     float turning = kind.object->turning * (blow + kTurningAtRest * at_rest);
     if (rides) turning = kTurnRate * at_rest;
     if (leans) turning = kind.object->leaning * at_rest;

@@ -8,24 +8,24 @@ namespace pilesim {
 
 using namespace sphere_constants;
 
-void SleeperGrid::sort(const LaidSpheres& laid) {
+void SleeperGrid::sort(const SleeperSpheres& sleepers) {
   bodies.clear();
-  if (laid.body.empty()) return reaches.resize(0);
-  grid.sort(laid.centre, laid.reach_m);
+  if (sleepers.body.empty()) return reaches.resize(0);
+  grid.sort(sleepers.centre, sleepers.reach_m);
   const std::span<const uint32_t> order = grid.order().first(grid.small_count());
   reaches.resize(order.size());
   for (size_t place = 0; place < order.size(); ++place) {
-    bodies.push_back(laid.body[order[place]]);
-    reaches.set(place, laid.centre[order[place]], laid.reach_m[order[place]]);
+    bodies.push_back(sleepers.body[order[place]]);
+    reaches.set(place, sleepers.centre[order[place]], sleepers.reach_m[order[place]]);
   }
 }
 
 namespace {
 
 template <class Choose>
-LaidSpheres laid(std::span<const uint32_t> among, const SphereModel& model,
-                 const SphereState& state, const Choose& choose) {
-  LaidSpheres chosen;
+SleeperSpheres sleepers_among(std::span<const uint32_t> among, const SphereModel& model,
+                              const SphereState& state, const Choose& choose) {
+  SleeperSpheres chosen;
   for (const uint32_t body : among) {
     if (!choose(state.bodies[body])) continue;
     chosen.body.push_back(body);
@@ -82,7 +82,7 @@ void SphereSleepers::wake_structure(uint32_t first, float steepness, float most_
   if (!bodies[first].asleep || bodies[first].put_to_sleep) return;
   wake(first, state);
   if (!model_.has_structures) return;
-  if (!state.is_dozing_sorted) sort_dozing(state);
+  if (!state.are_active_sleepers_sorted) sort_active_sleepers(state);
   float mass_kg = 0;
   std::vector<uint32_t> waking = {first};
   for (size_t i = 0; i < waking.size() && mass_kg < most_kg; ++i) {
@@ -105,7 +105,7 @@ void SphereSleepers::wake_structure(uint32_t first, float steepness, float most_
       wake(other, state);
       waking.push_back(other);
     };
-    for (const SleeperGrid* sleepers : {&lying_, &dozing_}) {
+    for (const SleeperGrid* sleepers : {&lying_, &active_sleepers_}) {
       if (sleepers->bodies.empty()) continue;
       const Vec3f around = Vec3f::Constant(reach + sleepers->grid.widest_m());
       sleepers->grid.for_each_in(centre - around, centre + around,
@@ -123,11 +123,11 @@ void SphereSleepers::wake_hit(uint32_t body, float impulse_ns, SphereState& stat
 }
 
 // Sorts sleepers among the awake into a grid, without those much larger than most.
-void SphereSleepers::sort_dozing(SphereState& state) {
-  state.is_dozing_sorted = true;
-  state.dozing =
-      laid(state.active, model_, state, [](const SphereBody& body) { return body.asleep; });
-  dozing_.sort(state.dozing);
+void SphereSleepers::sort_active_sleepers(SphereState& state) {
+  state.are_active_sleepers_sorted = true;
+  state.active_sleepers = sleepers_among(state.active, model_, state,
+                                         [](const SphereBody& body) { return body.asleep; });
+  active_sleepers_.sort(state.active_sleepers);
 }
 
 bool SphereSleepers::wake_by_contacts(const SphereStep& step, SphereState& state) {
@@ -165,8 +165,9 @@ bool SphereSleepers::is_crowded(size_t awake, SphereState& state) {
 }
 
 void SphereSleepers::lay_down(SphereState& state) {
-  state.sleepers = laid(state.members, model_, state,
-                        [](const SphereBody& body) { return body.asleep && !body.changed; });
+  state.sleepers = sleepers_among(state.members, model_, state, [](const SphereBody& body) {
+    return body.asleep && !body.changed;
+  });
   lying_.sort(state.sleepers);
   for (const uint32_t body : state.members) state.bodies[body].still = false;
   // A body much larger than most stays active.
@@ -188,9 +189,9 @@ void SphereSleepers::join_woken(SphereState& state) {
   state.woken.clear();
 }
 
-void SphereSleepers::sort_anew(const SphereState& state) {
+void SphereSleepers::sort_again(const SphereState& state) {
   lying_.sort(state.sleepers);
-  dozing_.sort(state.dozing);
+  active_sleepers_.sort(state.active_sleepers);
 }
 
 bool leaves_behind(const SphereModel& model, std::span<const SphereBody> bodies, uint32_t lower,

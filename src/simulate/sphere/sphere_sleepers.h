@@ -12,13 +12,13 @@
 
 namespace pilesim {
 
-// A grid of LaidSpheres, derived from them alone.
+// A grid of SleeperSpheres, derived from them alone.
 struct SleeperGrid {
   SphereGrid grid;
   std::vector<uint32_t> bodies;  // by place, without those much larger than most
   SphereReaches reaches;         // by place
 
-  void sort(const LaidSpheres& laid);
+  void sort(const SleeperSpheres& sleepers);
 };
 
 class SphereSleepers {
@@ -44,15 +44,15 @@ class SphereSleepers {
   // Activates bodies that have woken.
   static void join_woken(SphereState& state);
   // After the state was loaded.
-  void sort_anew(const SphereState& state);
+  void sort_again(const SphereState& state);
 
  private:
   void wake_structure(uint32_t first, float steepness, float most_kg, SphereState& state);
-  void sort_dozing(SphereState& state);
+  void sort_active_sleepers(SphereState& state);
 
   const SphereModel& model_;
   SleeperGrid lying_;
-  SleeperGrid dozing_;  // only for wake_structure()
+  SleeperGrid active_sleepers_;  // only for wake_structure()
 };
 
 // True if `upper` sleeps on a body that moves away from under it. `up`: from the lower to the upper

@@ -55,7 +55,7 @@ inline constexpr uint32_t kSurface = 0x80000000;
 
 // The spheres and places from which a grid of sleepers was sorted; since then some may have woken
 // or been removed.
-struct LaidSpheres {
+struct SleeperSpheres {
   std::vector<uint32_t> body;
   std::vector<Vec3f> centre;   // m, parallel to body
   std::vector<float> reach_m;  // parallel to body
@@ -72,18 +72,18 @@ struct SphereState {
   std::vector<uint32_t> members;     // bodies in the world, ascending
   std::vector<uint32_t> active;      // members in the grid of the awake, ascending
   std::vector<uint32_t> woken;       // members about to become active
-  LaidSpheres sleepers;              // the others, written by SphereSleepers
-  LaidSpheres dozing;                // active sleepers, only of structures
-  bool is_dozing_sorted = false;     // in this step
-  uint64_t waiting_for_sleep = 0;    // sleepers among the active, summed over steps
+  SleeperSpheres sleepers;           // the others, written by SphereSleepers
+  SleeperSpheres active_sleepers;    // active sleepers, only of structures
+  bool are_active_sleepers_sorted = false;  // in this step
+  uint64_t waiting_for_sleep = 0;           // sleepers among the active, summed over steps
   // From the last step with an awake body: number of loaded contacts, and the penetration depth.
   uint32_t contacts = 0;
   float deepest_m = 0;
 
   static void fields(auto& self, auto& stream) {
     stream(self.steps, self.bodies, self.radius_m, self.root_friction, self.kept, self.members,
-           self.active, self.woken, self.sleepers, self.dozing, self.is_dozing_sorted,
-           self.waiting_for_sleep, self.contacts, self.deepest_m);
+           self.active, self.woken, self.sleepers, self.active_sleepers,
+           self.are_active_sleepers_sorted, self.waiting_for_sleep, self.contacts, self.deepest_m);
   }
 };
 

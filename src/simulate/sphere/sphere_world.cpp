@@ -139,7 +139,7 @@ void SphereWorld::search(StageTimer& timer) {
 }
 
 void SphereWorld::end_step(StageTimer& timer) {
-  state_.is_dozing_sorted = false;
+  state_.are_active_sleepers_sorted = false;
   if (is_idle_) return;
   {
     StageTimer::Scope scope(timer, Stage::solver);
@@ -174,12 +174,12 @@ void require_in_order(const std::vector<uint32_t>& bodies) {
                        "bodies in ascending order");
 }
 
-void require_places(const LaidSpheres& laid) {
-  StateReader::require(
-      laid.centre.size() == laid.body.size() && laid.reach_m.size() == laid.body.size(),
-      "a place for each sleeper");
-  for (size_t i = 0; i < laid.body.size(); ++i) {
-    StateReader::require(laid.centre[i].allFinite() && std::isfinite(laid.reach_m[i]),
+void require_places(const SleeperSpheres& sleepers) {
+  StateReader::require(sleepers.centre.size() == sleepers.body.size() &&
+                           sleepers.reach_m.size() == sleepers.body.size(),
+                       "a place for each sleeper");
+  for (size_t i = 0; i < sleepers.body.size(); ++i) {
+    StateReader::require(sleepers.centre[i].allFinite() && std::isfinite(sleepers.reach_m[i]),
                          "places that are finite");
   }
 }
@@ -190,7 +190,7 @@ void require_sound(const SphereModel& model, const SphereState& state) {
   StateReader::require(state.bodies.size() == count && state.radius_m.size() == count &&
                            (state.root_friction.empty() || state.root_friction.size() == count),
                        "an entry for each body");
-  for (const auto* bodies : {&state.members, &state.sleepers.body, &state.dozing.body}) {
+  for (const auto* bodies : {&state.members, &state.sleepers.body, &state.active_sleepers.body}) {
     StateReader::require_below(*bodies, count);
   }
   require_in_order(state.members);
@@ -201,7 +201,7 @@ void require_sound(const SphereModel& model, const SphereState& state) {
     }
   }
   require_places(state.sleepers);
-  require_places(state.dozing);
+  require_places(state.active_sleepers);
   for (size_t i = 0; i < state.kept.size(); ++i) {
     const uint32_t next = state.kept[i].next;
     StateReader::require(next == KeptImpulse::kLast || next < i, "impulses in their order");
@@ -231,7 +231,7 @@ void SphereWorld::load(StateReader& reader) {
     StateReader::require(surface.body < state_.bodies.size(), "a surface of a body");
   }
   surfaces_.set_state(surfaces);
-  sleepers_.sort_anew(state_);
+  sleepers_.sort_again(state_);
 }
 
 }  // namespace pilesim

@@ -197,8 +197,8 @@ class SurfaceGeometry::MeshSearch {
   SurfaceContact contact(const Vec3& way, double gap, bool is_face) const {
     return contact_of(placed_, placed_.pose.orientation * way, gap, is_face, probe_);
   }
-  bool is_met_by_face(const Beside& triangle) const;
-  void meet_corners(const Beside& triangle);
+  bool is_tested_by_face(const Beside& triangle) const;
+  void test_corners(const Beside& triangle);
 
   const Placed& placed_;
   const SurfaceProbe& probe_;
@@ -219,7 +219,7 @@ void SurfaceGeometry::MeshSearch::run() {
   faces_ = near_.size();
   for (const Beside& triangle : beside_) {
     add(contact(triangle.way, triangle.distance, false));
-    if (probe_.hull != nullptr && !is_met_by_face(triangle)) meet_corners(triangle);
+    if (probe_.hull != nullptr && !is_tested_by_face(triangle)) test_corners(triangle);
   }
 }
 
@@ -242,7 +242,7 @@ void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
 }
 
 // Where the face under the centre continues, all corners have been tested already.
-bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
+bool SurfaceGeometry::MeshSearch::is_tested_by_face(const Beside& triangle) const {
   const Vec3 normal = placed_.pose.orientation * (*placed_.mesh)->outward[triangle.triangle];
   return std::any_of(near_.begin(), near_.begin() + static_cast<ptrdiff_t>(faces_),
                      [&](const SurfaceContact& face) {
@@ -253,7 +253,7 @@ bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
 }
 
 // The hull's corners may be over triangles next to the one below the centre.
-void SurfaceGeometry::MeshSearch::meet_corners(const Beside& triangle) {
+void SurfaceGeometry::MeshSearch::test_corners(const Beside& triangle) {
   if (!has_corners_) {
     const Quatf turn = to_local_.cast<float>() * probe_.orientation;
     corners_.resize(3, probe_.hull->corners.cols());
