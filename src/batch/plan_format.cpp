@@ -145,21 +145,22 @@ ObjectDescription<WrittenVariation> variation() {
                                 "braces, or several."),
               source(optional_field<V>(
                   "values", &V::values, list(any_value(), 1),
-                  "One after the other; with several pointers arrays of as many.")),
-              source(optional_field<V>("range", &V::range, bounds(kAnyNumber, true),
-                                       "Numbers from the first to the last, by 1 or the step.")),
+                  "Values in order; for several pointers, an array of values for each.")),
+              source(optional_field<V>(
+                  "range", &V::range, bounds(kAnyNumber, true),
+                  "Numbers from the first to the last, in steps of 1 or of the third number.")),
               source(optional_field<V>(
                   "files", &V::files, word(),
                   "Files by name, with the wildcards * and ?, relative to the plan.")),
               source(optional_field<V>("uniform", &V::uniform, bounds(kAnyNumber, false),
-                                       "Drawn for each job, evenly.")),
+                                       "Random for each job, uniform between two numbers.")),
               source(optional_field<V>("log_uniform", &V::log_uniform, bounds(above(0), false),
-                                       "Drawn for each job, its logarithm evenly.")),
+                                       "Random for each job, with a uniform logarithm.")),
               source(optional_field<V>("integers", &V::integers,
                                        integers<2>(-1'000'000'000, 1'000'000'000, "first and last"),
-                                       "Drawn for each job, whole numbers, both ends too.")),
+                                       "Random integer for each job, including both ends.")),
               source(optional_field<V>("choice", &V::choice, list(any_value(), 1),
-                                       "Drawn for each job, one of these."))}};
+                                       "One of these at random for each job."))}};
 }
 
 const std::vector<std::pair<std::string, Collection>> kCollections = {
@@ -170,26 +171,25 @@ ObjectDescription<WrittenPlan> plan_description() {
   return {
       .noun = "a plan",
       .fields = {
-          required_field<P>("version", &P::version, integer_choice({1}), "Of the format."),
+          required_field<P>("version", &P::version, integer_choice({1}), "Version of the format."),
           field<P>("name", &P::name, text(), "Name of the plan in messages."),
-          field<P>("scene", &P::scene, file_path(), "Relative to the plan."),
-          field<P>("seed", &P::seed, unsigned_integer(), "Of all that is drawn."),
+          field<P>("scene", &P::scene, file_path(), "Path of the scene, relative to the plan."),
+          field<P>("seed", &P::seed, unsigned_integer(), "Seed of all random values."),
           field<P>("count", &P::count, integer(1, 100'000'000),
                    "Jobs for each combination of values, ranges and files."),
           field<P>("vary", &P::vary, list(object(variation())), "Differences between jobs."),
           required_field<P>("steps", &P::steps, list(list(word(), 1), 1),
-                            "Commands of pilesim with their options, one after the other."),
+                            "Commands of pilesim with their options, in order."),
           field<P>("tries", &P::tries, integer(1, 1000),
-                   "How often a job may be tried, each time with another seed."),
-          field<P>("longest_s", &P::longest_s, number(above(0)), "Wall time that a step may take."),
+                   "Most attempts at a job, each with another seed."),
+          field<P>("longest_s", &P::longest_s, number(above(0)), "Longest wall time of a step."),
           field<P>("drop", &P::drop, list(word()),
-                   "Paths below the directory of a finished job that are removed."),
+                   "Paths in the directory of a finished job to remove."),
           field<P>("collect", &P::collect, list(enumeration(kCollections)),
                    "Datasets of all jobs together."),
           field<P>("tar_jobs", &P::tar_jobs, integer(1, 1'000'000), "Jobs in a tar file."),
-          field<P>(
-              "drop_packed", &P::drop_packed, list(word()),
-              "Paths below a job's directory that are removed once the job is in a tar file.")}};
+          field<P>("drop_packed", &P::drop_packed, list(word()),
+                   "Paths in a job's directory to remove once the job is in a tar file.")}};
 }
 
 // `*` and `?` are wildcards.

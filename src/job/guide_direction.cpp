@@ -149,12 +149,12 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
   if (const std::optional<GlueLeft> left = simulator.glue_left()) {
     lines.push_back("guide: analysed again at " + with_digits(left->time_s, 3) + " s: " +
                     (stands(*left)
-                         ? "what is left stands, by " + std::to_string(left->needed) + " of " +
+                         ? "the rest stands, by " + std::to_string(left->needed) + " of " +
                                std::to_string(left->pairs) + " pairs that are glued"
                      : left->is_solved && left->missing > 0
-                         ? "for what is left to stand glue of " + with_digits(left->missing, 2) +
+                         ? "for the rest to stand, glue of " + with_digits(left->missing, 2) +
                                " bodies' weight is missing"
-                         : "no forces were found that hold all that is left"));
+                         : "no forces were found that hold the rest"));
   }
   if (!simulator.frames().empty()) {
     const GuideFrame& last = simulator.frames().back();

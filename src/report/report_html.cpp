@@ -158,7 +158,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   for (const Chart& chart : charts) html += html_chart(chart.title, chart.svg);
   html += gate_table(figures["gates"]);
   html += value_table("The pile at the end", figures["quality_at_end"],
-                      "By exact distances of its collision shapes, not by what the solver thinks. "
+                      "By exact distances of its collision shapes, independent of the solver. "
                       "Shares are of the mean body&rsquo;s diameter.");
   if (!figures["quality_of_run"].is_null()) {
     Json deepest = figures["quality_of_run"];

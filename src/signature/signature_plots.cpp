@@ -174,7 +174,7 @@ fs::path plot_packing(const Packing& packing, const fs::path& file) {
     spheres += number(place) + " " + number(100 * packing.spheres.*figure / mean) + "\n";
   }
   Plot plot(
-      "set title 'Packing: spheres beside what was poured'\nset ylabel 'of the object (%)'\n"
+      "set title 'Packing: spheres against poured bodies'\nset ylabel 'of the object (%)'\n"
       "set xrange [-0.5:8.5]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\n"
       "set bmargin 4\nset xtics (" +
       labels + ")\n");

@@ -96,7 +96,7 @@ void take_up(const SignatureOptions& options, const std::string& print, TableSam
                 {.file = file.string(),
                  .found = "an interrupted run with other settings or another mesh",
                  .expected = "one to go on with",
-                 .remedy = "Repeat its settings, remove the file, or start anew with --force"});
+                 .remedy = "Repeat its settings, remove the file, or start again with --force"});
   }
   sampler.restore(std::move(partial.state));
 }
@@ -122,9 +122,10 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
     return go_on;
   });
   if (!complete) {
-    throw Error(ErrorKind::interrupted, {.file = options.partial_file.string(),
-                                         .found = "interrupted; what was measured is kept there",
-                                         .remedy = "The same command goes on from it"});
+    throw Error(ErrorKind::interrupted,
+                {.file = options.partial_file.string(),
+                 .found = "interrupted; the measurements so far are kept there",
+                 .remedy = "The same command goes on from it"});
   }
   // Drops, pours and accuracy take about as long again.
   if (!options.partial_file.empty()) {

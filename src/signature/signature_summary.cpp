@@ -192,8 +192,8 @@ std::string agreement_text(const Signature& s) {
   const std::vector<RestPoseComparison> families = compare_rest_poses(s.rest_poses, s.rest_drops);
   if (families.empty()) return {};
   std::string text = format(
-      "rest poses by geometry against %u simulated drops (within %.0f degrees; what one "
-      "has above %.0f%% the other has above %.1f%%):\n",
+      "rest poses by geometry against %u simulated drops (within %.0f degrees; poses above "
+      "%.0f%% in one must be above %.1f%% in the other):\n",
       s.rest_drops, degrees(kRestPoseAngle), 100 * kLeastRestProbability,
       100 * kRestAgreement * kLeastRestProbability);
   size_t apart = 0;
@@ -244,7 +244,7 @@ std::string packing_text(const Signature& s) {
          row("alone, dropped, goes", &PackingFigures::dropped, r, " m") +
          row("alone, thrown, goes", &PackingFigures::thrown, r, " m") +
          format(
-             "  among others a ball of %.4g m; resistance to rolling %.3g; blows turn it by "
+             "  among others a ball of %.4g m; rolling resistance %.3g; impacts turn it by "
              "%.3g, walls at %.3g sqrt(g / R); rebounds from surfaces by %.3g\n",
              p.radius_m, p.rolling, p.turning, p.leaning, p.rebound);
 }

@@ -58,7 +58,7 @@ std::vector<T> from_array(const nlohmann::json& from, const char* name, size_t c
   if (count > 0) std::memcpy(values.data(), bytes.data(), bytes.size());
   if constexpr (std::is_floating_point_v<T>) {
     if (!std::ranges::all_of(values, [](T value) { return std::isfinite(value); })) {
-      damaged(std::string(name) + " holds what is no finite number", "finite numbers");
+      damaged(std::string(name) + " contains a number that is not finite", "finite numbers");
     }
   }
   return values;

@@ -17,7 +17,7 @@ const Scene& checked(const Scene& scene) {
   if (!scene.guide) {
     throw Error(ErrorKind::input, Problem{.found = "the scene has no guide",
                                           .expected = "\"guide\": {...}",
-                                          .remedy = "docs/equilibrium.md says what it holds"});
+                                          .remedy = "docs/equilibrium.md describes its keys"});
   }
   if (scene.simulator.mode != SimulatorMode::impulse) {
     throw Error(
