@@ -4,8 +4,8 @@ Edit > Preferences > Add-ons > Install takes this file. Where bodies become inst
 from the run's directory in every frame: it stays there, and the add-on stays enabled.
 """
 
-# What follows makes an add-on of the functions of blender_import.py, which CMake puts before it: a
-# pile that is read from the Zarr store itself, and needs no export.
+# CMake puts blender_import.py before this part, which turns its functions into an add-on: it reads
+# a pile from the Zarr store itself, without an export.
 
 bl_info = {
     "name": "pilesim",
@@ -16,18 +16,18 @@ bl_info = {
     "category": "Import-Export",
 }
 
-MOST_OBJECTS = 1000  # above it bodies become instances, as pilesim export has it
-MOST_GLOSSES, GLOSS_STEPS = 64, numpy.array([10, 5])  # more different ones are rounded, to tenths and fifths
-PLAIN_GLOSS = 0.45, 0  # roughness and clear coat, where the run does not say
+MOST_OBJECTS = 1000  # above it bodies become instances, as in pilesim export
+MOST_GLOSSES, GLOSS_STEPS = 64, numpy.array([10, 5])  # further ones are rounded to tenths and fifths
+PLAIN_GLOSS = 0.45, 0  # roughness and clear coat of runs that do not specify them
 MOST_HELD = 64  # chunks of frames that are kept in memory
 
 
 class NoPile(Exception):
-    """What is wrong with a directory, in words."""
+    """An error in a directory, in words."""
 
 
 def decompressor():
-    """A function that unpacks zstd: by Python's package, which Blender brings, or by the system's library."""
+    """A function that unpacks zstd with Blender's Python package or the system's library."""
     try:
         import zstandard
 
@@ -55,7 +55,7 @@ def decompressor():
 
 
 class Array:
-    """One array of the store: frames (or rows) are read when they are asked for."""
+    """One array of the store; frames (or rows) are read on demand."""
 
     def __init__(self, folder, unpack):
         self.folder, self.unpack, self.held = folder, unpack, {}
@@ -71,7 +71,7 @@ class Array:
         return self.shape[0]
 
     def chunk(self, number):
-        """Rows of one chunk after another of the first axis; along the others a chunk holds all."""
+        """Rows, chunk by chunk along the first axis; a chunk spans the other axes."""
         if number not in self.held:
             while len(self.held) >= MOST_HELD:
                 self.held.pop(next(iter(self.held)))
@@ -98,7 +98,7 @@ class Array:
 
 
 class Store:
-    """A trajectory as Pile has it, read from the Zarr store."""
+    """A trajectory with the interface of Pile, read from the Zarr store."""
 
     def __init__(self, path):
         self.path = path
@@ -145,7 +145,7 @@ class Store:
             self.made["camera"] = camera_rows(scene["camera"], self.frame / self.attributes["frame_rate"])
 
     def near_origin(self):
-        """The world's origin, or, of a pile that is far from there, the middle of what is no plane at the end."""
+        """The world's origin or, if the pile is far away, the middle of all bodies but planes at the end."""
         is_plane = numpy.array(self.about["shape_plane"], bool)
         solid = self.position[len(self.frame) - 1][~is_plane[self.shape]]
         if not len(solid):
@@ -163,7 +163,7 @@ class Store:
         return max(radii)
 
     def gloss_of_bodies(self):
-        """Roughness and clear coat, as pilesim export has them: many different ones rounded, planes matt."""
+        """Roughness and clear coat, as in pilesim export: rounded if there are many, and planes matt."""
         gloss = numpy.full((len(self.shape), 2), PLAIN_GLOSS)
         if os.path.isdir(os.path.join(self.path, "body_gloss")):
             gloss = self.stored("body_gloss").whole().astype(float)
@@ -181,7 +181,7 @@ class Store:
 
     @staticmethod
     def place(name):
-        """Of an array of Pile's in the store: shape_2_uv is shapes/2/uv, texture_0 is textures/0."""
+        """Path in the store of one of Pile's arrays: shape_2_uv is shapes/2/uv, texture_0 is textures/0."""
         kind, *inner = name.split("_")
         return os.path.join(kind + "s", *inner)
 
@@ -196,10 +196,10 @@ class Store:
         return self.made[name]
 
     def mesh(self, shape):
-        """Vertices, no two at one place, and triangles; a plane is a square twice as wide as where bodies are at the ends."""
+        """Distinct vertices, and triangles; a plane is a square twice as wide as the bodies' first and last positions."""
         if self.attributes["shapes"][shape]["plane"]:
             ends = numpy.concatenate([self.position[0], self.position[len(self.frame) - 1]]) - self.origin
-            if self.origin.any():  # planes are moved to it
+            if self.origin.any():  # move planes there
                 ends = numpy.delete(ends, numpy.tile(numpy.array(self.about["shape_plane"])[self.shape], 2), axis=0)
             r = 2 * float(abs(ends).max()) + 1
             return numpy.array([[-r, 0, -r], [-r, 0, r], [r, 0, r], [r, 0, -r]], "f4"), numpy.array([[0, 1, 2], [0, 2, 3]])
@@ -209,7 +209,7 @@ class Store:
 
 
 def camera_rows(camera, times):
-    """Position, orientation w x y z and vertical field of view at these times, as docs/scene.md has paths of cameras."""
+    """Position, orientation w x y z and vertical field of view at these times, by the camera paths of docs/scene.md."""
     keys = camera["keys"] if "keys" in camera else [{"time_s": 0, **camera}]
     at = numpy.array([key["time_s"] for key in keys])
     values = numpy.array([[*key["position"], *key["target"], key["field_of_view_deg"], key.get("roll_deg", 0)] for key in keys], float)
@@ -260,12 +260,12 @@ class ImportPilesim(bpy.types.Operator):
     bl_label = "Import pilesim"
     bl_options = {"UNDO"}
 
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", description="What pilesim simulate wrote")
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", description="The output directory of pilesim simulate")
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
     form: bpy.props.EnumProperty(
         name="Bodies as",
         items=[
-            ("auto", "What suits their number", "Objects up to 1,000 bodies, instances of more"),
+            ("auto", "By their number", "Objects up to 1,000 bodies, instances of more"),
             ("objects", "Objects", "Each body an object with keys where it moves"),
             ("instances", "Instances", "Points of a mesh, with geometry nodes"),
         ],

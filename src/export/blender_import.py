@@ -20,11 +20,11 @@ DATA, FORM = "pile.npz", "objects"
 
 LINEAR, CONSTANT = 1, 0  # interpolations of keys
 PAINT = "paint"  # the attribute with the colours of a mesh's own file
-COAT_ROUGHNESS = 0.08  # of the clear layer over a body
+COAT_ROUGHNESS = 0.08  # of a body's clear coat
 
 
 class Pile:
-    """The arrays, y up as pilesim has them, and read from the disk only where they are used."""
+    """The arrays, y up as in pilesim, and read from disk only where they are used."""
 
     def __init__(self, path):
         self.path = path
@@ -35,7 +35,7 @@ class Pile:
         self.origin = numpy.array(self.about["origin_m"])
 
     def array(self, name):
-        """An array of the archive, which is not compressed, in its place in the file."""
+        """An array of the uncompressed archive, mapped from the file."""
         with zipfile.ZipFile(self.path) as archive:
             place = archive.getinfo(name + ".npy").header_offset
         with open(self.path, "rb") as file:
@@ -52,11 +52,11 @@ class Pile:
             return name + ".npy" in archive.namelist()
 
 
-# Blender has z up: all is turned by 90 degrees about x.
+# Blender has z up: rotate everything by 90 degrees about x.
 
 
 def from_origin(pile, p, orientations=None, is_plane=False):
-    """Blender has single precision: places count from pile.origin, near the pile. A far plane is at its nearest point."""
+    """Positions relative to pile.origin, for Blender's single precision. A distant plane is at its nearest point."""
     p = p - pile.origin
     if not is_plane or not pile.origin.any():
         return p
@@ -92,7 +92,7 @@ def linear_of(srgb):
 
 
 def make_image(name, pixels):
-    """A picture that the .blend holds. `pixels`: rows from the top, sRGB bytes; Blender's begin at the bottom."""
+    """A picture packed into the .blend. `pixels`: sRGB bytes, rows from the top; Blender's start at the bottom."""
     height, width, _ = pixels.shape
     rows = numpy.ones((height, width, 4), numpy.float32)
     rows[..., :3] = pixels[::-1] / numpy.float32(255)
@@ -104,7 +104,7 @@ def make_image(name, pixels):
 
 
 class Materials:
-    """Of looks and textures: each is made once, when it is first asked for."""
+    """Materials by look and texture, each made when it is first needed."""
 
     def __init__(self, pile):
         self.pile, self.made, self.images = pile, {}, {}
@@ -146,7 +146,7 @@ class Materials:
 
 
 def add_materials(mesh, pile, materials, shape, look):
-    """The look's own, or of a painted one a material for each of the mesh's textures, with the places in them."""
+    """The look's material or, if painted, one per texture of the mesh, with texture coordinates."""
     texture = f"shape_{shape}_texture"
     if not pile.about["look_painted"][look] or not pile.has(texture):
         mesh.materials.append(materials.of(look, 0))
@@ -156,12 +156,12 @@ def add_materials(mesh, pile, materials, shape, look):
         mesh.materials.append(materials.of(look, number))
     mesh.polygons.foreach_set("material_index", of_triangle.astype(numpy.int32))
     places = numpy.array(pile.array(f"shape_{shape}_uv"), numpy.float32)
-    places[..., 1] = 1 - places[..., 1]  # from the lower border
+    places[..., 1] = 1 - places[..., 1]  # from the lower edge
     mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", places.ravel())
 
 
 def make_meshes(pile):
-    """(shape, look) -> a mesh that all bodies of both share."""
+    """(shape, look) -> the mesh that all such bodies share."""
     materials, meshes = Materials(pile), {}
     for shape, look in sorted(set(zip(pile.shape.tolist(), pile.look.tolist()))):
         name = pile.about["shape_name"][shape]
@@ -195,7 +195,7 @@ def make_meshes(pile):
 
 
 def set_keys(action, path, frames, values, interpolation=LINEAR):
-    """`values`: a row a frame, a column an axis."""
+    """`values`: one row per frame, one column per axis."""
     for axis in range(values.shape[1]):
         curve = action.fcurves.new(path, index=axis)
         curve.keyframe_points.add(len(frames))
@@ -206,7 +206,7 @@ def set_keys(action, path, frames, values, interpolation=LINEAR):
 
 
 def place(thing, frames, positions, orientations):
-    """With keys at the ends of every stretch in which it rests, and in each frame where it moves."""
+    """Keys at both ends of every stretch of rest, and in each frame with motion."""
     thing.rotation_mode = "QUATERNION"
     thing.location, thing.rotation_quaternion = positions[0], orientations[0]
     moved = (positions[1:] != positions[:-1]).any(1) | (orientations[1:] != orientations[:-1]).any(1)
@@ -246,7 +246,7 @@ def build_objects(pile, collection):
 
 
 def make_nodes(prototypes):
-    """Geometry nodes that put at each point the prototype that its attributes name."""
+    """Geometry nodes that instance at each point the prototype its attributes select."""
     tree = bpy.data.node_groups.new("pile", "GeometryNodeTree")
     if hasattr(tree, "interface"):  # from 4.0 on
         tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
@@ -284,7 +284,7 @@ def build_instances(pile, collection):
     meshes = make_meshes(pile)
     prototypes = bpy.data.collections.new("prototypes")
     collection.children.link(prototypes)
-    # Nodes count them in the order of their names.
+    # Nodes index them in the order of their names.
     number = {key: i for i, key in enumerate(sorted(meshes))}
     for key, mesh in meshes.items():
         prototypes.objects.link(bpy.data.objects.new(f"{number[key]:06d} {mesh.name}", mesh))
@@ -312,7 +312,7 @@ def build_instances(pile, collection):
 
 
 def set_points(pile, mesh, bodies, frame):
-    """Poses at a frame of the trajectory, straight in between."""
+    """Poses at a frame of the trajectory, linear in between."""
     last = len(pile.frame) - 1
     after = int(numpy.clip(numpy.searchsorted(pile.frame, frame, "right"), min(1, last), last))
     before = max(0, after - 1)
@@ -342,17 +342,17 @@ def open_pile(path):
 
 
 def is_mine(path):
-    """Whether a scene with this data follows its frames by this script."""
+    """True if a scene with this data follows its frames with this script."""
     return path.endswith(".npz")
 
 
 @persistent
 def follow(scene, _=None):
-    """Moves the points of scenes that this script has built to the frame of the scene."""
+    """Moves the points of scenes built by this script to the scene's frame."""
     path = scene.get("pilesim_data")
     if path is None or not is_mine(path):
         return
-    if not os.path.exists(path):  # moved together with the .blend
+    if not os.path.exists(path):  # it moved with the .blend
         path = bpy.path.abspath("//" + os.path.basename(path))
     if getattr(follow, "pile", None) is None or follow.pile.path != path:
         follow.pile = open_pile(path)
@@ -418,7 +418,7 @@ def build_scene(pile, name, form):
 
 
 def keep_script():
-    """Saves the script with the .blend: it follows the frames when that is opened."""
+    """Saves the script in the .blend, so that the scene follows its frames when opened."""
     name = os.path.splitext(DATA)[0] + ".py"
     text = bpy.data.texts.get(name)
     if text is None and os.path.isfile(__file__):
@@ -431,7 +431,7 @@ def keep_script():
 def folder_of_data():
     if os.path.isfile(__file__):
         return os.path.dirname(os.path.abspath(__file__))
-    # Run in the text editor: its name is no file's.
+    # Run in the text editor, where its name is not a file's.
     text = bpy.data.texts.get(os.path.basename(__file__))
     return os.path.dirname(bpy.path.abspath(text.filepath)) if text else os.getcwd()
 
@@ -449,7 +449,7 @@ def register():
 
 
 def is_built():
-    """Blender runs a text that is saved with a .blend again when that is opened."""
+    """Blender runs a text saved with the .blend when it is opened."""
     return any(os.path.basename(scene.get("pilesim_data", "")) == DATA for scene in bpy.data.scenes)
 
 
