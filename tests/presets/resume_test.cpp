@@ -17,9 +17,8 @@
 #include "job/direction.h"
 #include "model/mesh_hints.h"
 #include "scene/scene_loader.h"
-#include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
-#include "support/plain_packing.h"
+#include "support/coarse_signature.h"
 #include "support/scratch_directory.h"
 #include "support/small_preset.h"
 #include "support/small_runs.h"
@@ -61,21 +60,15 @@ const std::map<std::string, test::PresetSize> kSizes = {
 struct Scratch {
   Scratch() { setenv("XDG_CACHE_HOME", directory.path().c_str(), 1); }
 
-  // Measured coarsely, once for each geometry and material.
+  // Measures each geometry and material once.
   std::shared_ptr<const Signature> signature(const ModelShape& shape, const Material& material) {
     std::shared_ptr<const Signature>& known =
         signatures[{shape.mesh_hash, material.restitution, material.friction}];
     if (known) return known;
-    SignatureOptions options;
-    options.material = {.restitution = material.restitution, .friction = material.friction};
-    options.sampling = {.trials_per_cell = 2, .exemplars = 2};
-    options.accuracy.reset();
-    options.progress = ProgressMode::none;
-    const TriangleMesh hull = convex_hull(shape.mesh.vertices);
-    Signature measured =
-        sample_signature(options, {.name = shape.name, .hull = hull, .mass = shape.mass}).signature;
-    measured.packing = test::plain_packing(measured, hull);
-    known = std::make_shared<const Signature>(std::move(measured));
+    const SampledObject object{
+        .name = shape.name, .hull = convex_hull(shape.mesh.vertices), .mass = shape.mass};
+    known = std::make_shared<const Signature>(test::coarse_signature(
+        object, {.restitution = material.restitution, .friction = material.friction}));
     return known;
   }
 

@@ -23,6 +23,7 @@
 #include "signature/signature_fitting.h"
 #include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
+#include "support/coarse_signature.h"
 #include "support/plain_packing.h"
 #include "support/scratch_directory.h"
 
@@ -88,11 +89,8 @@ inline std::vector<SmallRun> small_runs() {
 inline constexpr int kFramesOfRun = 45;
 
 inline SignatureOptions coarse(const std::string& mesh) {
-  SignatureOptions options{.mesh = PILESIM_SOURCE_DIR "/assets/" + mesh};
-  options.material = {.restitution = 0.3, .friction = 0.5};
-  options.sampling = {.trials_per_cell = 3, .exemplars = 2};
-  options.accuracy.reset();
-  options.progress = ProgressMode::none;
+  SignatureOptions options = coarse_options({.restitution = 0.3, .friction = 0.5}, 3, 2);
+  options.mesh = PILESIM_SOURCE_DIR "/assets/" + mesh;
   return options;
 }
 

@@ -9,6 +9,7 @@
 #include "geometry/primitives.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
+#include "support/coarse_signature.h"
 #include "support/plain_packing.h"
 #include "support/scene_run.h"
 #include "support/scratch_directory.h"
@@ -34,11 +35,9 @@ class StatisticalScene : public SceneRun {
                  double restitution = kRestitution) {
     const std::filesystem::path file = directory_ / (name + ".obj");
     write_obj(mesh, file);
-    SignatureOptions options{.mesh = file};
-    options.material = {.restitution = restitution, .friction = kFriction};
-    options.sampling = {.trials_per_cell = 6, .exemplars = 6};
-    options.accuracy.reset();
-    options.progress = ProgressMode::none;
+    SignatureOptions options =
+        coarse_options({.restitution = restitution, .friction = kFriction}, 6, 6);
+    options.mesh = file;
     const std::filesystem::path signature = directory_ / (name + ".sig");
     Signature measured = sample_signature(options).signature;
     measured.packing = plain_packing(measured, mesh);

@@ -18,10 +18,9 @@
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
 #include "signature/signature_file.h"
-#include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
-#include "support/plain_packing.h"
+#include "support/coarse_signature.h"
 #include "support/scratch_directory.h"
 
 namespace pilesim {
@@ -63,26 +62,18 @@ class MeasuredSignatures : public testing::Test {
     scene_.emitters.push_back(emitter);
   }
 
-  // How many were measured, with few trials and without pours.
+  // Returns the number of measurements, which take few trials and no pours.
   int measure() {
     model_ = build_model(scene_);
     int count = 0;
-    measure_signatures(
-        scene_, model_, ProgressMode::none,
-        [&](const MeasuredObject& object, ProgressMode progress) {
-          ++count;
-          SignatureOptions options{.material = object.material};
-          options.sampling = {.trials_per_cell = 2, .exemplars = 2};
-          options.accuracy.reset();
-          options.progress = progress;
-          const TriangleMesh hull = convex_hull(object.solid.vertices);
-          Signature signature =
-              sample_signature(options,
-                               {.name = object.shape.name, .hull = hull, .mass = object.shape.mass})
-                  .signature;
-          signature.packing = test::plain_packing(signature, hull);
-          return signature;
-        });
+    measure_signatures(scene_, model_, ProgressMode::none,
+                       [&](const MeasuredObject& object, ProgressMode) {
+                         ++count;
+                         return test::coarse_signature({.name = object.shape.name,
+                                                        .hull = convex_hull(object.solid.vertices),
+                                                        .mass = object.shape.mass},
+                                                       object.material);
+                       });
     return count;
   }
   std::vector<std::vector<uint8_t>> measured() const {
