@@ -23,8 +23,8 @@ inline void expect_closed_sphere(const TriangleMesh& mesh) {
   EXPECT_EQ(mesh.triangles.size(), 2 * mesh.vertices.size() - 4);
 }
 
-// No point lies farther outside of any triangle's plane than 1e-9 of the extent of all. Triangles
-// without a height of their own have no plane and are passed over.
+// No point is farther outside any triangle's plane than 1e-9 of the total extent. Degenerate
+// triangles have no plane and are skipped.
 inline void expect_contains(const TriangleMesh& hull, std::span<const Vec3> points) {
   const double extent = hull.bounds().diagonal().norm();
   double farthest = 0;

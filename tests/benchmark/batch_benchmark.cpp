@@ -22,7 +22,7 @@ void write(const fs::path& file, const std::string& text) {
   std::ofstream(file) << text;
 }
 
-// As `simulate` and `render --annotations coco,bop` leave them, of ten bodies, with empty masks.
+// Output of `simulate` and `render --annotations coco,bop` for ten bodies, with empty masks.
 StepResult leave_files(const StepCommand& command) {
   const fs::path run = command.directory / "run";
   if (command.words[0] == "simulate") {
@@ -67,7 +67,7 @@ double megabytes_at_most() {
 }
 
 void tell(const char* what, uint64_t jobs, const std::function<void()>& work) {
-  std::ofstream("/proc/self/clear_refs") << 5;  // the most memory from here on
+  std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak memory
   const auto start = std::chrono::steady_clock::now();
   work();
   const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -23,9 +23,9 @@ namespace pilesim {
 namespace {
 
 constexpr double kTolerance = 1e-3;
-constexpr double kBand = 1e-6;  // about the tolerance, where either verdict is right
+constexpr double kBand = 1e-6;  // around the tolerance, where either verdict is right
 
-// CPU time, which other programs do not lengthen.
+// CPU time, independent of other programs.
 double now_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -69,7 +69,7 @@ void run_random(uint64_t count) {
   tally.print("random");
 }
 
-// Gathers and analyses as the control of a guide does, with the clock running, then checks.
+// Gathers and analyses as a guide's control does, with the clock running, then checks.
 class Harvest final : public StepDirector {
  public:
   explicit Harvest(const Model& model) : model_(model), graph_(model) {}

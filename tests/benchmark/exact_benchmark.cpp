@@ -56,7 +56,7 @@ ModelShape hull_shape(const std::string& file) {
   return shape;
 }
 
-// 0.4 m in its longest extent, in six convex pieces.
+// 0.4 m long, in six convex pieces.
 ModelShape rabbit_shape(const std::string& file) {
   const TriangleMesh mesh = import_mesh(file);
   const double scale = 0.4 / mesh.bounds().sizes().maxCoeff();

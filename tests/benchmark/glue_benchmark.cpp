@@ -17,8 +17,8 @@ struct Pile {
   std::vector<GlueContact> contacts;
 };
 
-// Bodies on a lattice `wide` by `wide`, moved at random; each touches its six neighbours at four
-// points, by normals that are askew: the sides of the pile are not held.
+// Bodies on a lattice `wide` by `wide`, displaced at random. Each touches its six neighbours at
+// four points with skew normals; the sides of the pile are unsupported.
 Pile lattice(int count, int wide) {
   constexpr double kFriction = 0.3;
   Pile pile;

@@ -51,16 +51,16 @@ struct WaySettings {
   Way way;
   std::string name;
   std::string mode;
-  std::vector<std::string> set = {};  // in the scene, besides
+  std::vector<std::string> set = {};  // further overrides of the scene
 };
 
 const std::vector<WaySettings> kWays = {
     {Way::impulse, "impulse", "impulse"},
     {Way::statistical, "statistical", "statistical"},
     {Way::particle, "particle", "particle"},
-    // What stands is must-impulse (the case says which): what comes near it is solved.
+    // Static bodies are must-impulse (unless the case chooses others): bodies near them are solved.
     {Way::mixed, "mixed", "mixed"},
-    // All is so near the camera that it is solved: every body is in both engines.
+    // All bodies are so near the camera that they are solved: every body is in both engines.
     {Way::near_all,
      "mixed, all near",
      "mixed",
@@ -77,12 +77,12 @@ struct Case {
   double most_penetration = 0.02;  // D, at the end
   bool rests = true;
   double most_drift = kNone;   // D, of any body from its start
-  double energy_slack = 0.05;  // of m g D a body, where there is gravity
+  double energy_slack = 0.05;  // in m g D per body, if there is gravity
   bool keeps_momentum = false;
-  std::optional<Bounds> wall = {};  // m: what passes from its low to its high x gets through
-  // All but Way::impulse and Way::near_all, in which every case is run.
+  std::optional<Bounds> wall = {};  // m: a body that passes from its low to its high x gets through
+  // All except Way::impulse and Way::near_all, which every case runs.
   std::vector<Way> ways = {};
-  std::vector<std::string> mixed_set = {};  // in the scene of Way::mixed, besides
+  std::vector<std::string> mixed_set = {};  // further overrides for Way::mixed
 };
 
 const std::vector<Way> kSpheres = {Way::statistical, Way::particle, Way::mixed};
@@ -91,7 +91,7 @@ const std::vector<Way> kStructure = {Way::freeze, Way::nail, Way::glue};
 const std::string kGroundIsExact = "/bodies/0/preference=must_impulse";
 
 const std::vector<Case> kCases = {
-    // As blocks, which stand while they sleep (docs/mixed.md).
+    // As blocks, which support each other while they sleep (docs/mixed.md).
     {.name = "tower",
      .most_drift = 0.05,
      .ways = {Way::mixed, Way::freeze, Way::nail, Way::glue},
@@ -120,7 +120,7 @@ const std::vector<Case> kCases = {
     {.name = "spikes_and_wedges"},
     {.name = "million_triangles", .ways = {Way::particle, Way::repose}},
     {.name = "contact_on_edge"},
-    // Half of them is nearer to the camera, and solved.
+    // Half of them are nearer to the camera, and solved.
     {.name = "zero_gravity",
      .most_penetration = 0.05,
      .rests = false,
@@ -144,12 +144,12 @@ struct Outcome {
   double wall_s = 0;
   PileQuality quality;
   double drift = 0;            // D
-  double energy_excess = 0;    // of the start's kinetic energy and m g D a body
-  double momentum_change = 0;  // of the sum of the bodies' momenta at the start
+  double energy_excess = 0;    // relative to the initial kinetic energy and m g D per body
+  double momentum_change = 0;  // relative to the sum of the bodies' initial momenta
   uint64_t through = 0;
   uint32_t awake = 0;
   std::string hash;
-  std::string fault;  // what was thrown
+  std::string fault;  // the error thrown
 };
 
 Vec3 momentum(const Model& model, const BodyStates& states, double& sum) {
@@ -169,7 +169,7 @@ std::string hash_of(const BodyStates& states) {
   return hasher.digest();
 }
 
-// Not those that go round it.
+// Does not count bodies that go round it.
 uint64_t passed(const Bounds& wall, const std::vector<Vec3>& before,
                 const std::vector<Vec3>& after) {
   uint64_t count = 0;
@@ -194,7 +194,7 @@ void judge_motion(const Model& model, const BodyStates& start, const BodyStates&
   outcome.momentum_change = sum > 0 ? (momentum(model, end, unused) - before).norm() / sum : 0;
 }
 
-// A scene with piles or a guide is run under its director, which has to outlive the simulator.
+// A scene with piles or a guide runs under its director, which must outlive the simulator.
 struct Run {
   Run(const Scene& scene, const Model& model) {
     if (!scene.piles.empty()) {
@@ -248,8 +248,7 @@ Outcome run(const Case& one, const LoadedScene& loaded) {
   return outcome;
 }
 
-// What failed, each with its figure; empty: nothing.
-// Contacts are solved in single precision.
+// Failed criteria with their figures; empty if all passed. Contacts are solved in single precision.
 constexpr double kMostMomentumChange = 1e-5;
 
 std::string verdict(const Case& one, const Outcome& outcome) {
@@ -273,7 +272,7 @@ std::string verdict(const Case& one, const Outcome& outcome) {
   return failed;
 }
 
-// A ball of 1.3 million triangles with bumps, written where the scene below looks for it.
+// A ball of 1.3 million triangles with bumps, written where the following scene expects it.
 fs::path write_million_triangles(const fs::path& directory) {
   TriangleMesh ball = sphere_mesh(0.1, 8);
   for (Vec3& v : ball.vertices) {
@@ -340,7 +339,7 @@ void run_case(const Case& one, std::span<const WaySettings> ways, const std::str
 void run_all(int argc, char** argv) {
   const MachineInfo machine = machine_info();
   std::printf("%s, %s\n\n", machine.cpu.c_str(), machine.system.c_str());
-  // Several may run at once.
+  // Several processes may run at once.
   const fs::path scratch =
       fs::temp_directory_path() / ("pilesim_hard_cases." + std::to_string(getpid()));
   fs::create_directories(scratch);

@@ -56,22 +56,22 @@ constexpr double kRestitution = 0.2;      // of all pairs
 constexpr double kFrameRate = 30;         // frames a second
 constexpr int kCupSides = 64;             // of the polygon that stands for the tube
 constexpr double kDiceCup = 10;           // its diameter, d
-constexpr double kBedTube = 5;            // as long as nothing else is asked for, d
+constexpr double kBedTube = 5;            // default, d
 constexpr double kSettling = 30;          // sqrt(d / g), after the last body and after shaking
 constexpr double kAmplitude = 0.15;       // of shaking, d
 constexpr double kPeakAcceleration = 3;   // of shaking, g
 constexpr double kMargin = 1.5;           // of the bulk from walls, floor and surface, d
-constexpr int kKeysACycle = 16;           // the sine is straight in between
-constexpr uint64_t kPoints = 400'000;     // of a volume
-constexpr uint64_t kPointsABin = 20'000;  // of a ring of the profile
-constexpr int kRingsADiameter = 20;       // of the profile
+constexpr int kKeysACycle = 16;           // the sine is linear in between
+constexpr uint64_t kPoints = 400'000;     // per volume
+constexpr uint64_t kPointsABin = 20'000;  // per ring of the profile
+constexpr int kRingsADiameter = 20;       // of the profile, per diameter
 const double kTime = std::sqrt(kDiameter / kGravity);  // s
 
-// Of one kind of body. Experiments: see docs/lab/nature.md.
+// One kind of body. Experiments: see docs/lab/nature.md.
 struct Kind {
   std::string name;
   int faces = 0;                // of a Platonic solid; 0: a bed in a tube
-  double expected_fill;         // only for the height from which bodies fall
+  double expected_fill;         // only for the bodies' initial height
   double loose = 0, dense = 0;  // Baker and Kudrolli 2010, both +- 0.01
   double porosity = 0;          // of the bed: Benyahia and O'Neill 2005
   int bed_bodies = 0;
@@ -81,8 +81,8 @@ struct Kind {
 constexpr double kHole = 0.6;
 constexpr int kRingSides = 16;
 
-// Benyahia and O'Neill 2005, as cited by the library `fluids` (packed_bed.py); `ratio`: of the
-// tube's diameter to that of the ball of the body's volume.
+// Benyahia and O'Neill 2005, as cited by the library `fluids` (packed_bed.py). `ratio`: the tube's
+// diameter over that of a ball of the body's volume.
 double sphere_porosity(double ratio) { return 0.390 + 1.740 / std::pow(ratio + 1.140, 2); }
 double cylinder_porosity(double ratio) { return 0.373 + 1.703 / std::pow(ratio + 0.611, 2); }
 double any_porosity(double ratio, double sphericity) {
@@ -122,7 +122,7 @@ struct Options {
   double friction = 0.5;
   int dice = 400;
   double tube = kBedTube;
-  int bodies = 0;  // of a bed; 0: as the kind says
+  int bodies = 0;  // of a bed; 0: the kind's default
   int cycles = 150;
   int step_hz = 240;
   std::vector<std::string> modes, names;
@@ -143,7 +143,7 @@ double outer_radius(const TriangleMesh& mesh) {
   return radius;
 }
 
-// Measured once; the file's name has all that it depends on.
+// Measured once; the file's name identifies all its inputs.
 fs::path signature_of(const Kind& kind, const Options& options) {
   const fs::path mesh = options.output / "shapes" / (kind.name + ".obj");
   const fs::path file =
@@ -180,8 +180,8 @@ struct Case {
   int rings() const { return static_cast<int>(std::lround(kRingsADiameter * tube / 2)); }
 };
 
-// Layers of bodies that keep clear of each other, each from two bodies' radii above where the bed
-// is then, so that bodies fall about two diameters: an emitter a body.
+// Layers of bodies that cannot touch, each starting two bodies' radii above the bed's current top,
+// so that bodies fall about two diameters: one emitter per body.
 double pour(const Case& one, double radius, double volume, json& emitters) {
   const double free_radius = one.tube * kDiameter / 2 - 1.02 * radius;
   const double area = kPi * std::pow(one.tube * kDiameter / 2, 2);
@@ -218,7 +218,7 @@ double pour(const Case& one, double radius, double volume, json& emitters) {
   return start;
 }
 
-// A sine of the cup's height whose amplitude falls to nothing in the last quarter.
+// A sine of the cup's height whose amplitude vanishes over the last quarter.
 json shaking(double start, int cycles, double& end) {
   const double turn_rate = std::sqrt(kPeakAcceleration / kAmplitude) / kTime;  // rad/s
   json keys = json::array();
@@ -268,7 +268,7 @@ Schedule make_scene(const Case& one, const Options& options, std::string& scene_
                    {"colour", "#9aa4ad"}};
   cup_body["motion"] = shaking(schedule.rested, options.cycles, schedule.shaken);
   schedule.end = schedule.shaken + kSettling * kTime;
-  // From above, as wide as the rim is.
+  // From above, with the rim as wide as the picture.
   const double above = 2 * height + one.tube * kDiameter;
   const double view = 2 * std::atan(0.75 * one.tube * kDiameter / (above - height));
   const json scene = {
@@ -309,7 +309,7 @@ struct Bed {
 Bed measure(const Case& one, const Scene& scene, const Model& model, TrajectoryReader& reader,
             double time_s) {
   TrajectoryFrame frame;
-  // The last frame until then: shaking begins when the rest ends.
+  // The last frame before that time: shaking begins when rest ends.
   const auto index = static_cast<uint64_t>(time_s * kFrameRate);
   reader.read(std::min(index, reader.frame_count() - 1), frame);
   BodyStates states;
@@ -388,7 +388,7 @@ Spread spread(const std::vector<Result>& results, const Value& value) {
   return got;
 }
 
-// Of several runs that differ in their seed.
+// Several runs with different seeds.
 struct Summary {
   Spread bulk, covered, whole;
   std::vector<Spread> profile;
@@ -417,7 +417,7 @@ struct Summary {
 
 class Report {
  public:
-  // Lines of a table.
+  // Rows of a table.
   const std::string& compared() const { return compared_; }
 
   explicit Report(const Options& options) : options_(options) {
@@ -468,12 +468,12 @@ class Report {
   }
 
  private:
-  // The middle of a ring of the profile, d.
+  // Middle of a ring of the profile, d.
   static double from_wall(const Case& one, size_t bin) {
     return (static_cast<double>(bin) + 0.5) * one.tube / 2 / one.rings();
   }
 
-  // Rings near the axis are small, and a tube ends where its axis is: half a diameter is left out.
+  // Rings near the axis are small, and the tube ends there: leave out half a diameter.
   void compare_profile(const Case& one, const char* packing, const Summary& got) {
     const MeasuredProfile measured = measured_profile(one.kind.name);
     std::vector<double> porosity;
@@ -488,7 +488,7 @@ class Report {
     compared_ += line.data();
   }
 
-  // With the first valley from the wall and the peak behind it, within a diameter each.
+  // Also prints the first valley from the wall and the peak after it, each within a diameter.
   static void print_bed(const Case& one, const char* packing, const Summary& got) {
     const auto& profile = got.profile;
     const auto a_diameter = static_cast<ptrdiff_t>(kRingsADiameter);
@@ -581,7 +581,7 @@ void run_all(int argc, char** argv) {
       if (!wanted || (kind.faces > 0) != dice) continue;
       write_obj(mesh_of(kind), options.output / "shapes" / (kind.name + ".obj"));
       for (const std::string& mode : options.modes) {
-        // A ball's signature would be of its mesh, whose corners it does not have.
+        // A ball's signature would belong to its mesh, whose corners the ball lacks.
         if (mode == "statistical" && kind.name == "sphere") continue;
         std::vector<Result> results;
         const int bed_bodies = options.bodies > 0 ? options.bodies : kind.bed_bodies;

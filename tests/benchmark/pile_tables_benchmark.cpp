@@ -3,11 +3,11 @@
 //   pile_tables_benchmark tau [FRAMES]
 //   pile_tables_benchmark errors [FRAMES [PRESET,...]]
 // FRAMES: so many of each preset at most (0: all). `times` steps three simulations of a preset
-// frame by frame in turn: without any sleeping, with the engine's own, with piles; times are user CPU
-// times of the process. `tau` repeats example 2 with other thresholds; `errors`, of presets with
-// one pile, says what part of the error is the difference of slope: against the simulation without
-// sleeping it compares piles of the angle asked, piles of the angle that simulation takes by
-// itself, and that simulation again under 9.8101 m/s^2, which is no error at all.
+// frame by frame in turn: without any sleeping, with the engine's own, with piles; times are user
+// CPU times of the process. `tau` repeats example 2 with other thresholds; `errors`, of presets
+// with one pile, says what part of the error is the difference of slope: against the simulation
+// without sleeping it compares piles of the angle asked, piles of the angle that simulation takes
+// by itself, and that simulation again under 9.8101 m/s^2, which is no error at all.
 //
 // Errors are those of section 5.3.2.4: m is the motion of a body's centre in a frame of the
 // simulation without sleeping, m' that with piles; |m - m'| / |m| averaged over bodies and frames.
@@ -38,7 +38,7 @@ namespace {
 
 struct Published {
   const char* preset;
-  double full_s, piles_s, error_percent;  // Table 5.1; 0: not in it
+  double full_s, piles_s, error_percent;  // from Table 5.1; 0: not listed
 };
 constexpr Published kTable51[] = {
     {"drop_in_a_pile", 4125.4, 681.5, 5.8},
@@ -64,7 +64,7 @@ double cpu_now_s() {
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
 }
 
-// One of the simulations of a preset, with its time.
+// One simulation of a preset, with its time.
 struct Run {
   Scene scene;
   Model model;
@@ -122,7 +122,7 @@ std::unique_ptr<Run> start(const std::string& preset, Kind kind, int64_t most_fr
 }
 
 struct Errors {
-  double relative = 0, bodies = 0;        // sum, and of how many
+  double relative = 0, bodies = 0;        // sum and number
   double difference_m = 0, motion_m = 0;  // sums
   double percent() const { return bodies > 0 ? 100 * relative / bodies : 0; }
   double percent_of_sums() const { return motion_m > 0 ? 100 * difference_m / motion_m : 0; }
@@ -155,7 +155,7 @@ struct ChartRow {
   double full_s, sleeping_s, piles_s, percent, absolute_m;
 };
 
-// As Figures 5.9 and 5.10: times of frames (means over a second) and errors.
+// As in Figures 5.9 and 5.10: times of frames (means over a second) and errors.
 void write_chart(const std::string& directory, const std::string& preset,
                  const std::vector<ChartRow>& rows, int smoothing) {
   const std::string name = directory + "/" + preset;
@@ -263,7 +263,7 @@ void run_tau(int64_t most_frames) {
   }
 }
 
-// Of the pile that a simulation without piles has made at the place of the first one.
+// Angle of the pile that a simulation without piles makes at the place of the first pile.
 double natural_angle_deg(const Run& full) {
   const Pile& pile = full.scene.piles.at(0);
   const PileBodies bodies(full.model);

@@ -35,7 +35,7 @@ struct Contender {
   Image image;
 };
 
-// But for the first, which made ready what later ones have.
+// Without the first round, which prepares data for the later ones.
 double median(std::vector<double> values) {
   if (values.size() > 1) values.erase(values.begin());
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),

@@ -74,7 +74,7 @@ void use_material(const std::string& shape, std::vector<std::string>& overrides)
 
 Run pour(const std::string& shape, double angle_deg, int bodies, int seed,
          const std::string& mode) {
-  // More bodies fall faster, over a wider place, from higher up.
+  // More bodies fall faster, over a wider area, from higher up.
   const bool many = bodies > 500;
   const double rate_hz = many ? 60 : 30;
   std::vector<std::string> overrides = {

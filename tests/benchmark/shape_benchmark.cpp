@@ -33,11 +33,11 @@ namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kRadius = 0.2;  // of the ball that holds a body, m
+constexpr double kRadius = 0.2;  // bounding radius of a body, m
 constexpr double kRestitution = 0.25, kFriction = 0.5;
 constexpr double kSpacing = 0.42, kJitter = 0.01;  // m
-constexpr double kFloor = 0.1;                     // of a crate, and its walls, m
-// Of presets/hard/funnel.obj: its outlet is 7 radii wide, and stands so high, m.
+constexpr double kFloor = 0.1;                     // size of a crate, and thickness of its walls, m
+// For presets/hard/funnel.obj: its outlet is 7 radii wide, at this height, m.
 constexpr double kFunnelScale = 2, kOutlet = 1.2, kFunnelHeight = 1.4 * kFunnelScale;
 
 struct Options {
@@ -46,13 +46,13 @@ struct Options {
   std::vector<std::string> scenes, names;
 };
 
-// Of a pile at rest.
+// Figures of a pile at rest.
 struct Figures {
-  double height = 0;  // m, the mean of the centres above the ground
-  double radius = 0;  // m, their mean distance from the axis
-  double angle = 0;   // degrees, of the cone of the same means
+  double height = 0;  // m, mean of the centres above the ground
+  double radius = 0;  // m, mean distance of the centres from the axis
+  double angle = 0;   // degrees, of the cone with the same means
   double packing =
-      0;  // bodies' volume over that of the columns, 2 R wide, up to the highest in each
+      0;  // bodies' volume over that of columns 2 R wide, up to the highest body in each
   double time_s = 0;  // of the run
 };
 
@@ -69,7 +69,7 @@ constexpr std::array kJudged = {
 struct Layout {
   std::string name;
   std::array<int, 3> count;
-  double crate_m = 0;  // its width inside; 0: none
+  double crate_m = 0;  // inner width; 0: no crate
   double duration_s;
   bool has_funnel = false;
 };
@@ -152,7 +152,8 @@ Figures run(const Scene& scene, const Layout& layout) {
   const double lowest = heights[static_cast<size_t>(0.005 * count)];
   const double wide = 2 * kRadius;
   double above = 0;
-  std::map<std::pair<int, int>, double> columns;  // the highest centre above the lowest, m
+  // Height of the highest centre above the lowest, m.
+  std::map<std::pair<int, int>, double> columns;
   for (const Vec3& p : places) {
     f.height += p.y() / count;
     above += std::max(0.0, p.y() - lowest) / count;
@@ -161,7 +162,8 @@ Figures run(const Scene& scene, const Layout& layout) {
                            static_cast<int>(std::floor(p.z() / wide))}];
     top = std::max(top, p.y() - lowest);
   }
-  // Over the volume of a cone of radius R and height H the mean radius is R/2, the mean height H/4.
+  // Averaged over the volume of a cone of radius R and height H, the radius is R/2 and the height
+  // H/4.
   f.angle = degrees(std::atan2(2 * above, f.radius));
   double room = 0;
   for (const auto& [cell, top] : columns) room += wide * wide * (top + 2 * lowest);
@@ -212,16 +214,16 @@ Spread spread_of(const std::vector<Figures>& runs, double Figures::*figure) {
   return s;
 }
 
-// The size of an error, how likely one within the goal is by chance alone (of means of other runs
-// of the reference, and of this mode's if its figure were right), and the deviation of one run of
-// the reference.
+// The size of an error, the probability that chance alone keeps it within the goal (for means of
+// other runs of the reference, and of this mode if its figure were right), and the deviation of one
+// run of the reference.
 struct ShapeError {
   double size = 0, again = 0, right = 0, own = 0;
 };
-// By scene and figure, of each shape.
+// By scene and figure, for each shape.
 using Errors = std::map<std::string, std::array<std::vector<ShapeError>, kJudged.size()>>;
 
-// That the difference of two means of so many runs is within the goal.
+// Probability that the difference of two means of this many runs is within the goal.
 double chance_within(double goal, double deviation_a, double deviation_b, int runs) {
   return std::erf(goal / (std::sqrt(2.0 / runs) * std::hypot(deviation_a, deviation_b)));
 }
@@ -271,7 +273,7 @@ void judge(const NamedSolid& solid, const Options& options, Reference& reference
 
 void sum_up(Errors& errors) {
   for (auto& [scene, figures] : errors) {
-    // The fewer bodies, the wider the reference's own spread.
+    // With fewer bodies the reference itself varies more.
     const double most = scene.ends_with("125") ? 2 : 3;
     for (size_t i = 0; i < kJudged.size(); ++i) {
       std::vector<ShapeError>& all = figures[i];
@@ -295,7 +297,7 @@ void sum_up(Errors& errors) {
   }
 }
 
-// The assets, as large as the generated solids.
+// The assets, scaled to the size of the generated solids.
 NamedSolid asset(const std::string& name) {
   const fs::path file = fs::path(PILESIM_SOURCE_DIR "/assets") / (name + ".obj");
   return {name, of_radius_1(import_mesh(file))};

@@ -43,7 +43,7 @@ void time_tables(const ContactBody& body) {
   }
 }
 
-// Whole signatures as `pilesim sample-signature` makes them by default.
+// Whole signatures with the defaults of `pilesim sample-signature`.
 void measure_signatures(const std::string& mesh) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("signature_benchmark." + std::to_string(getpid()));

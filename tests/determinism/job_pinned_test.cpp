@@ -1,5 +1,5 @@
-// Every mode and every director gives the bytes that it gave before, at 1, 2 and 4 threads.
-// pinned_hashes.txt has them, and says how to pin them again.
+// Every mode and every director gives the pinned bytes at 1, 2 and 4 threads. pinned_hashes.txt
+// contains them, and says how to pin them again.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -23,8 +23,7 @@ using test::SmallRun;
 
 class Pinned : public test::SmallRuns {
  protected:
-  // Calls `expect` with the name and the hash of each part of a result, for every number of
-  // threads.
+  // Calls `expect` with the name and hash of each part of a result, for every number of threads.
   template <class Result>
   void expect_pinned(const Result& result) {
     for (const int threads : {1, 2, 4}) {

@@ -1,6 +1,6 @@
-// A run that is saved and loaded goes on with the same bytes as one that is not: every mode and
-// every director, at any moment and number of threads. And of a state that is damaged at random
-// nothing is left but an error or a run that goes on: no crash.
+// A saved and loaded run continues with the same bytes as an uninterrupted one: for every mode and
+// every director, at any moment and number of threads. A randomly damaged state gives an error or a
+// run that continues, never a crash.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -50,7 +50,7 @@ TEST_P(SavedState, GoesOnWithTheSameBytes) {
   }
 }
 
-// What is left by chance is refused, or is a state like another.
+// A damaged state is rejected, or happens to be a valid one.
 TEST_P(SavedState, DamagedAtRandomDoesNoHarm) {
   const SmallRun& run = GetParam();
   const test::RunScene scene(run, overrides_of(run));

@@ -15,7 +15,7 @@ using Mixed = test::MixedScene;
 TEST_F(Mixed, PilesDoNotDependOnThreads) {
   add("ground", {0, 0, 0}, test::kSphere, Role::fixed);
   add("brick", {0, 0.5, 0}, test::kExact).linear_velocity = {0, -1, 0};
-  // Enough for the contacts to be handed out to threads.
+  // Enough bodies for contacts to be solved by several threads.
   add_grid("cube", {14, 10, 14}, {0.3, 0.3, 0.3}, {0, 1.9, 0}).linear_velocity_jitter = 3;
   scene_.piles = {{.angle = radians(25), .centre = GroundPoint(0, 0)}};
   model_ = build_model(scene_);

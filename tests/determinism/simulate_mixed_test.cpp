@@ -1,5 +1,5 @@
-// The mixed mode: the same bytes for any number of threads, and those of the statistical mode where
-// nothing is must-impulse.
+// The mixed mode: the same bytes for any number of threads, and those of the statistical mode if no
+// body is must-impulse.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ TEST_F(Mixed, DoesNotDependOnThreads) {
   add("ground", {0, 0, 0}, test::kSphere, Role::fixed);
   add("brick", {0, 2.8, 0}, test::kExact).linear_velocity = {0, -6, 0};
   add("brick", {0, 0.5, 0}, test::kExact, Role::fixed);
-  // Enough for the contacts to be handed out to threads.
+  // Enough bodies for contacts to be solved by several threads.
   add_grid("cube", {14, 10, 14}, {0.3, 0.3, 0.3}, {0, 1.6, 0}).linear_velocity_jitter = 3;
   scene_.simulator.detail.levels = LevelOfDetail::table_4_1();
   for (DetailLevel& level : scene_.simulator.detail.levels) {

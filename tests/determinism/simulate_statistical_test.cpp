@@ -13,7 +13,7 @@ using Statistical = test::StatisticalScene;
 TEST_F(Statistical, DoesNotDependOnThreads) {
   add_ground();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));
-  // Enough for the contacts to be handed out to threads.
+  // Enough bodies for contacts to be solved by several threads.
   add_grid("box", {14, 10, 14}, {0.3, 0.3, 0.3}, {0, 1.6, 0});
   scene_.emitters[0].linear_velocity_jitter = 6;  // several levels of the grid
   std::vector<std::vector<Vec3>> positions;

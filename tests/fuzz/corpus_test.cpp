@@ -1,5 +1,5 @@
-// Every file of the corpus through its reader, as libFuzzer would: what once crashed a reader, took
-// all memory or hung is among them.
+// Runs every file of the corpus through its reader, as libFuzzer would: among them are files that
+// once crashed a reader, exhausted memory or hung.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
@@ -18,7 +18,7 @@ const fs::path kCorpus = PILESIM_SOURCE_DIR "/tests/fuzz/corpus";
 
 class Corpus : public testing::TestWithParam<fuzz::Target> {};
 
-// In little memory, since the files have some kilobytes at most.
+// With little memory, since the files have at most a few kilobytes.
 TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(kCorpus / GetParam().name)) {
@@ -34,7 +34,7 @@ TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
   rusage usage{}, of_children{};
   getrusage(RUSAGE_SELF, &usage);
   getrusage(RUSAGE_CHILDREN, &of_children);
-  constexpr long kMostKilobytes = 1 << 20;  // that of sanitizers included
+  constexpr long kMostKilobytes = 1 << 20;  // includes that of sanitizers
   EXPECT_LT(usage.ru_maxrss, kMostKilobytes);
   EXPECT_LT(of_children.ru_maxrss, kMostKilobytes);
 }

@@ -10,7 +10,7 @@
 namespace pilesim::fuzz {
 namespace {
 
-// Any JSON, with the places of its values.
+// Any JSON, with the positions of its values.
 void json(std::string_view bytes) {
   accept_errors([&] {
     const std::string text(bytes);
@@ -43,7 +43,7 @@ fs::path make_store() {
   return store;
 }
 
-// The first byte says which file of a whole store the others stand for.
+// The first byte selects the file of a whole store that the others replace.
 void trajectory(std::string_view bytes) {
   static const fs::path store = make_store();
   constexpr std::array kFiles = {".zattrs",

@@ -46,7 +46,7 @@ void scene(std::string_view bytes) {
     try {
       parse_scene(loaded.resolved, "scene.json", {});
     } catch (const Error&) {
-      std::abort();  // what a trajectory keeps of a scene is one
+      std::abort();  // the scene stored in a trajectory must be valid
     }
   });
 }
@@ -82,7 +82,7 @@ void use(const Signature& signature) {
                    Vec3f(0.3F, -1, 0), Vec3f(1, 2, 3));
 }
 
-// As it lies, and what the document says where nobody looks at the checksum.
+// As it is, and as a document without its checksum.
 void signature(std::string_view bytes) {
   const fs::path file = file_of("any.sig", bytes);
   accept_errors([&] { use(read_signature(file)); });
@@ -93,7 +93,7 @@ void signature(std::string_view bytes) {
     try {
       use(signature_of(parse_cbor(document)));
     } catch (const nlohmann::json::exception&) {
-      // read_signature() makes an Error of it
+      // read_signature() turns it into an Error
     }
   });
 }
@@ -102,7 +102,7 @@ void partial_signature(std::string_view bytes) {
   accept_errors([&] { read_partial_sampling(file_of("any.sig.partial", bytes)); });
 }
 
-// Tables, as well: what is read is finite, what comes of it is not.
+// Tables as well: their input is finite, their results may not be.
 void collisions(std::string_view bytes) {
   static const ResponseTable empty = make_table(TableLayout::scale_free, 0.1);
   accept_errors([&] {
@@ -126,7 +126,7 @@ void guide(std::string_view bytes) {
   accept_errors([&] { ForcesOverlay overlay(file_of("guide.json", bytes)); });
 }
 
-// With the digest that belongs to it, which everything else fails by.
+// With the correct digest, without which every input would fail.
 template <typename Cache>
 void cached(std::string_view bytes) {
   static const TriangleMesh box = box_mesh({1, 1, 1});
@@ -146,7 +146,7 @@ void height_field(std::string_view bytes) {
   });
 }
 
-// A plan beside a scene, its first and last job, and where their steps would write.
+// A plan beside a scene, its first and last job, and the output paths of their steps.
 void batch_plan(std::string_view bytes) {
   static const fs::path scene = file_of("scene.json", R"({"version": 1})");
   accept_errors([&] {
@@ -161,14 +161,14 @@ void batch_plan(std::string_view bytes) {
   });
 }
 
-// What is looked at before a reader of meshes is asked. The first byte says of which.
+// The checks before a mesh reader is called. The first byte selects the format.
 void mesh_bounds(std::string_view bytes) {
   constexpr std::array kNames = {"a.obj", "a.stl", "a.ply", "a.OBJ"};
   if (bytes.empty()) return;
   fault_of_faces(kNames[static_cast<uint8_t>(bytes[0]) % kNames.size()], bytes.substr(1));
 }
 
-// As they are printed, and as a body has them.
+// As printed, and as a body's name.
 void names(std::string_view bytes) {
   const std::string shown = printable(bytes);
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
@@ -194,7 +194,7 @@ void job_record(std::string_view bytes) {
   accept_errors([&] { record_line(parse_record(std::string(bytes), "shard.jsonl")); });
 }
 
-// A scene of a few bodies that needs no other file, and its checkpoint after some frames.
+// A scene of a few bodies without other files, and its checkpoint after some frames.
 class SmallRun {
  public:
   explicit SmallRun(const std::vector<std::string>& overrides)
@@ -223,7 +223,7 @@ class SmallRun {
 
   const std::vector<std::byte>& state() const { return state_; }
 
-  // Goes on from the checkpoint that lies there.
+  // Continues from the present checkpoint.
   void resume() const {
     const RunCheckpoint checkpoint(scratch() / "");
     if (checkpoint.is_done()) return;
@@ -252,9 +252,8 @@ class SmallRun {
   std::vector<std::byte> state_;
 };
 
-// As a file; and as changes of what lies in a whole one, which no checksum keeps out then: the
-// first byte says of which run, and of three bytes each two say where and one what it is changed
-// by. 0 for it cuts the rest off.
+// As a file, and as changes to a valid one with a corrected checksum. The first byte selects the
+// run. Of each three bytes, two give a position and one the new value; 0 cuts off the rest.
 void checkpoint(std::string_view bytes) {
   static const std::vector<std::unique_ptr<SmallRun>> runs = [] {
     const std::string mode = "/simulator/mode=";

@@ -1,4 +1,4 @@
-// Shared by the targets: their files, and the errors that count as answers.
+// Shared by the targets: their files, and the errors that count as valid results.
 #pragma once
 
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace pilesim::fuzz {
 
 namespace fs = std::filesystem;
 
-// A directory of this process, in memory where the system has such a place; removed at the end.
+// A directory of this process, in memory if possible; removed at the end.
 class Scratch {
  public:
   Scratch() {
@@ -48,7 +48,7 @@ inline fs::path file_of(const std::string& name, std::string_view bytes) {
   return file;
 }
 
-// Errors that the program may throw at bad input: the kinds of exit codes 3 and 4.
+// Errors that the program may throw for bad input: those of exit codes 3 and 4.
 template <typename Action>
 void accept_errors(const Action& action) {
   try {

@@ -1,6 +1,6 @@
-// The readers of files, each as a function of any bytes: it gives a result or an Error, and
-// whatever else happens (a crash, an assertion, another exception) is a fault. libFuzzer drives
-// them (fuzz_main.cpp) and every run of the tests goes through tests/fuzz/corpus (corpus_test.cpp).
+// The readers of files, each as a function of arbitrary bytes. It gives a result or an Error;
+// anything else (a crash, an assertion, another exception) is a bug. libFuzzer drives them
+// (fuzz_main.cpp), and every test run goes through tests/fuzz/corpus (corpus_test.cpp).
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 namespace pilesim::fuzz {
 
 struct Target {
-  const char* name;  // of its folder in the corpus, too
+  const char* name;  // also the name of its folder in the corpus
   void (*run)(std::string_view bytes);
 };
 
-// Those that need no more of the program than the formats themselves: built in a minute.
+// Targets that need only the formats themselves: built in a minute.
 std::span<const Target> format_targets();
 std::span<const Target> program_targets();
 

@@ -1,8 +1,8 @@
-// A constant as constants.py sets it, in its copy of the tree: PILESIM_TUNED is NAME=VALUE, and all
-// others keep the value that the tree has.
+// A constant as set by constants.py in its copy of the tree: PILESIM_TUNED is NAME=VALUE; all other
+// constants keep their values.
 #pragma once
 
-// Numbers that are not constexpr are not known to fit.
+// The compiler cannot check that values which are not constexpr fit.
 #pragma GCC diagnostic ignored "-Wconversion"
 
 #include <cstdlib>

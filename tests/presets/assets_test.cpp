@@ -1,5 +1,5 @@
-// The committed meshes: what users load. Each is a proper solid of the stated size, and the
-// generator makes the same bytes.
+// The committed meshes that users load. Each is a proper solid of the stated size, and the
+// generator gives the same bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ std::vector<TriangleMesh> split_by_group(const TriangleMesh& mesh) {
   return parts;
 }
 
-// How far the mesh's vertices lie outside of the planes of its triangles, m; 0 for a convex mesh.
+// Largest distance of vertices outside the planes of triangles, m; 0 for a convex mesh.
 double concavity(const TriangleMesh& mesh) {
   double deepest = 0;
   for (const Triangle& triangle : mesh.triangles) {
@@ -85,7 +85,7 @@ TEST_P(AssetTest, EachPieceIsAProperSolid) {
 
 TEST_P(AssetTest, HasItsNaturalSize) {
   const Bounds bounds = mesh.bounds();
-  // The sculpted ones follow their design to a few per cent.
+  // The sculpted ones follow their design within a few per cent.
   const Vec3 ratio = bounds.sizes().cwiseQuotient(GetParam().size);
   EXPECT_THAT(ratio, testing::Each(testing::DoubleNear(1, 0.03))) << bounds.sizes().transpose();
   if (GetParam().stands) {
@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class GroupedAssetTest : public testing::TestWithParam<std::pair<std::string, size_t>> {};
 
-// The loader takes such groups as collision pieces, exactly as they are.
+// The loader uses such groups as collision pieces, unchanged.
 TEST_P(GroupedAssetTest, IsMadeOfConvexParts) {
   const auto& [name, count] = GetParam();
   const auto parts = split_by_group(import_mesh(kAssets / name));

@@ -1,6 +1,6 @@
-// N frames of a preset, saved, loaded into another simulator, and N more are the 2 N frames of a
-// run that was not saved, to the last bit, at any number of threads. For every scene in presets/,
-// made small by one rule (support/small_preset.h); what the rule cannot make small stands below.
+// N frames of a preset, saved and loaded into another simulator, followed by N more, equal the 2 N
+// frames of an uninterrupted run bit by bit, at any number of threads. This covers every scene in
+// presets/, shrunk by one rule (support/small_preset.h); exceptions to the rule are listed below.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -30,11 +30,11 @@ namespace fs = std::filesystem;
 
 const fs::path kPresets = fs::path(PILESIM_SOURCE_DIR) / "presets";
 
-// Relative to presets/, without the ending.
+// Relative to presets/, without the extension.
 std::vector<std::string> preset_names() {
   std::vector<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(kPresets)) {
-    const bool is_plan = entry.path().stem().extension() == ".plan";  // of a batch of scenes
+    const bool is_plan = entry.path().stem().extension() == ".plan";  // a plan for a batch
     if (entry.path().extension() == ".json" && !is_plan) {
       names.push_back(fs::relative(entry.path(), kPresets).replace_extension().generic_string());
     }
@@ -43,7 +43,7 @@ std::vector<std::string> preset_names() {
   return names;
 }
 
-// Where the rule would give a run that shows nothing.
+// For presets for which the rule gives a run without events.
 const test::PresetSize kAsleepSoon = {.simulated_s = 0.25};
 const test::PresetSize kFromFarUp = {.simulated_s = 1.5};
 const test::PresetSize kOfWraps = {.as_hulls = true};
@@ -94,7 +94,7 @@ class PresetResume : public testing::TestWithParam<std::string> {
 };
 std::unique_ptr<Scratch> PresetResume::scratch_;
 
-// A preset's run at its beginning, as `simulate` or `direct-pile` make it.
+// A preset's run at its beginning, as `simulate` or `direct-pile` create it.
 struct PresetRun {
   PresetRun(const Scene& scene, const Model& model, const GuideFilling& filling, bool is_directed)
       : direction(is_directed ? direction_of("preset", scene, model, filling)
@@ -105,7 +105,7 @@ struct PresetRun {
   std::unique_ptr<Simulator> simulator;
 };
 
-// By more than gravity in a frame: what bounces within it touches nothing at its end.
+// By more than gravity in a frame: a body that bounces within a frame touches nothing at its end.
 bool anything_pushed(const std::vector<Vec3>& before, const std::vector<Vec3>& after,
                      const Vec3& by_gravity) {
   for (size_t i = 0; i < after.size(); ++i) {
@@ -145,7 +145,7 @@ TEST_P(PresetResume, EndsWithTheSameBytes) {
     }
     if (frame == preset.half) half = test::saved(*whole.simulator);
   }
-  // A run in which there is nothing to be forgotten shows nothing: it wants a size of its own.
+  // A run without contacts could not lose any: such a preset needs its own size.
   EXPECT_TRUE(has_met) << "nothing has met by the frame from which the run is resumed";
   EXPECT_NE(hashes[preset.half], hashes.back()) << "nothing moves after that frame";
 
@@ -161,14 +161,14 @@ TEST_P(PresetResume, EndsWithTheSameBytes) {
       ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[frame]) << "frame " << frame;
       ASSERT_EQ(test::figures_of(statistics), figures[frame]) << "frame " << frame;
     }
-    // A director's state has the time that it took, too.
+    // A director's state includes the time that it took.
     if (!preset.is_directed) {
       EXPECT_TRUE(test::saved(*resumed.simulator) == test::saved(*whole.simulator));
     }
   }
 }
 
-// What validate would warn of: the unit or the upward axis of a mesh.
+// Warnings of validate about the unit or the up axis of a mesh.
 TEST_P(PresetResume, ItsMeshesAreNotDoubted) {
   Scene scene = load_scene(file(), small().overrides).scene;
   scene.duration_s =

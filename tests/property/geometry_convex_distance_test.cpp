@@ -1,4 +1,4 @@
-// Distances of random convex bodies against closed forms and against all pairs of their features.
+// Distances of random convex bodies, against closed forms and all pairs of their features.
 #include "geometry/convex_distance.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ std::vector<Vec3> random_points(Philox& random, int count, double radius) {
 }
 
 double segment_distance(const Vec3& p, const Vec3& p2, const Vec3& q, const Vec3& q2) {
-  // The lines' nearest points where they lie within both; ends against triangles cover the rest.
+  // Nearest points of the lines if they are within both; ends against triangles cover the rest.
   const Vec3 u = p2 - p, v = q2 - q, w = p - q;
   const double a = u.dot(u), b = u.dot(v), c = v.dot(v), d = u.dot(w), e = v.dot(w);
   const double determinant = a * c - b * b;
@@ -42,7 +42,7 @@ Corners corners_of(const TriangleMesh& mesh, const Triangle& t) {
   return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
 }
 
-// Of surfaces that do not cross, over all pairs of features.
+// For surfaces that do not cross, over all pairs of features.
 double surface_distance(const TriangleMesh& a, const TriangleMesh& b) {
   double least = kFar;
   const auto corners_to = [&](const TriangleMesh& from, const TriangleMesh& to) {
@@ -67,8 +67,8 @@ double surface_distance(const TriangleMesh& a, const TriangleMesh& b) {
   return least;
 }
 
-// The least way along any normal of a face or across any two edges that parts them; < 0: one of
-// them separates.
+// The least translation along a face normal or an edge cross product that separates them; < 0: they
+// are separate.
 double least_way_apart(const TriangleMesh& a, const TriangleMesh& b) {
   double least = kFar;
   const auto try_axis = [&](const Vec3& axis) {
@@ -125,8 +125,8 @@ TEST(ConvexDistanceProperty, OfRandomHullsIsThatOfTheirFeatures) {
   EXPECT_GT(overlapping, 100);
 }
 
-// Blocks of a grid lie face on face, edge on edge or corner on corner, and share planes: what most
-// easily makes an expanding polytope degenerate.
+// Blocks of a grid touch by faces, edges or corners, and share planes: the easiest way to make an
+// expanding polytope degenerate.
 TEST(ConvexDistanceProperty, OfBlocksInAGridIsExact) {
   const auto block = [](const Vec3& low, const Vec3& high) {
     std::vector<Vec3> corners;
@@ -144,7 +144,7 @@ TEST(ConvexDistanceProperty, OfBlocksInAGridIsExact) {
     const Vec3 high_b = low_b + Vec3(whole(1, 3), whole(1, 3), whole(1, 3));
     const Vec3 gap = (low_b - high_a).cwiseMax(low_a - high_b);
     const double expected = gap.maxCoeff() > 0 ? gap.cwiseMax(0).norm() : gap.maxCoeff();
-    // The same far away and turned: to rounding of the coordinates.
+    // The same far away and rotated, within the rounding of the coordinates.
     const Pose pose{trial % 3 == 0 ? Vec3(1e5 * random.direction()) : Vec3::Zero(),
                     trial % 2 == 0 ? Quat::Identity() : random.rotation()};
     std::vector<Vec3> a = block(low_a, high_a), b = block(low_b, high_b);
@@ -195,7 +195,7 @@ TEST(ConvexDistanceProperty, OfCylindersOnAFloorAndOnEachOther) {
     const double reach = h * std::cos(tilt) + r * std::sin(tilt);
     const Vec3 centre(0, reach + height, 0);
     EXPECT_NEAR(convex_distance(Drum(centre, axis, r, h), floor, kFar), height, 1e-6) << trial;
-    // Two that lie crosswise, apart or inside each other by less than they are thick.
+    // Two crosswise ones, separate or overlapping by less than their thickness.
     const Vec3 other{random.uniform(-.1, .1), 2 * r + height, random.uniform(-.1, .1)};
     EXPECT_NEAR(convex_distance(Drum(Vec3::Zero(), Vec3::UnitX(), r, h),
                                 Drum(other, Vec3::UnitZ(), r, h), kFar),
@@ -205,7 +205,7 @@ TEST(ConvexDistanceProperty, OfCylindersOnAFloorAndOnEachOther) {
 }
 
 TEST(ConvexDistanceProperty, OfCylindersThatLieAlongEachOther) {
-  // They touch along a line: all faces of the polytope there are level but for rounding.
+  // They touch along a line: all faces of the polytope there are level except for rounding.
   const double r = 0.025, h = 0.045;
   for (uint64_t trial = 0; trial < 300; ++trial) {
     Philox random(8, Stream::test, trial);
@@ -234,7 +234,7 @@ TEST(ConvexDistanceProperty, ThinPlatesAndNeedlesAreNoExceptions) {
     for (Vec3& v : above) v = spin * v + Vec3(0, thin + gap, 0);
     const double found = convex_distance(PointHull(corners), PointHull(above), kFar);
     if (needle && gap < 0) {
-      EXPECT_NEAR(found, gap, 1e-9);  // crosswise, the way up is the shortest
+      EXPECT_NEAR(found, gap, 1e-9);  // crosswise: up is the shortest way out
     } else {
       EXPECT_NEAR(found, gap, 1e-12);
     }

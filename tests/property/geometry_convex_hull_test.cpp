@@ -56,7 +56,7 @@ TEST(ConvexHullProperty, RandomCloudsGetClosedHullsThatContainThem) {
   EXPECT_EQ(hulls, 1400);
 }
 
-// The hull of a cuboid with points all over its sides and inside has the cuboid's volume.
+// The hull of a cuboid with points on its sides and inside has the cuboid's volume.
 TEST(ConvexHullProperty, CuboidVolumeIsExact) {
   for (uint64_t trial = 0; trial < 300; ++trial) {
     Philox random(12, Stream::test, trial);

@@ -8,14 +8,14 @@
 namespace pilesim {
 namespace {
 
-// Two balls are proper where they are apart, self-touching where they cross.
+// Two balls are proper if separate, and self-touching if they cross.
 TEST(MeshCheckProperty, BallsTouchExactlyWhenTheyAreNear) {
   const TriangleMesh ball = sphere_mesh(1, 3);
   int apart = 0, touching = 0;
   for (uint64_t trial = 0; trial < 60; ++trial) {
     Philox random(61, Stream::test, trial);
     const double distance = random.uniform(0.1, 3);
-    if (distance > 1.97 && distance < 2) continue;  // facets lie up to 0.01 m inside the balls
+    if (distance > 1.97 && distance < 2) continue;  // facets are up to 0.01 m inside the balls
     const Pose pose{.position = distance * random.direction(), .orientation = random.rotation()};
     const auto defects = find_mesh_defects(test::joined(ball, test::moved(ball, pose)));
     if (distance < 2) {
@@ -31,7 +31,7 @@ TEST(MeshCheckProperty, BallsTouchExactlyWhenTheyAreNear) {
   EXPECT_GT(touching, 10);
 }
 
-// Poses change nothing about what is wrong.
+// Poses do not change the defects.
 TEST(MeshCheckProperty, DefectsMoveWithTheMesh) {
   for (uint64_t trial = 0; trial < 60; ++trial) {
     Philox random(62, Stream::test, trial);

@@ -1,4 +1,4 @@
-// Properties of any body on any contacts.
+// Properties for any body on any contacts.
 
 #include "pile/guide/equilibrium.h"
 
@@ -20,7 +20,7 @@ EquilibriumVerdict solve(EquilibriumSolver& solver, const EquilibriumInstance& i
   return solver.solve(up);
 }
 
-// The least distance is one number, whatever finds it; stable bodies stop at the tolerance.
+// The least distance is unique, however it is found; stable bodies stop at the tolerance.
 void expect_same(const EquilibriumVerdict& a, const EquilibriumVerdict& b, uint64_t index) {
   EXPECT_EQ(a.stable, b.stable) << index;
   if (!a.stable && !b.stable) {

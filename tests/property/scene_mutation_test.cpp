@@ -52,7 +52,7 @@ class Mutator {
     }
   }
 
-  // Puts another value in the place of a number, string or word, which mostly leaves valid JSON.
+  // Replaces a number, string or word by another value, which mostly leaves valid JSON.
   void replace_value(std::string& text, size_t near) {
     static const std::vector<std::string> kValues = {"0",
                                                      "-1",
@@ -102,7 +102,7 @@ TEST(SceneMutation, GivesASceneOrAnInputError) {
       }
     }
   }
-  // Both outcomes are met often, or the test says little.
+  // Both outcomes must be frequent for the test to be meaningful.
   EXPECT_GT(scenes, kMutations / 50);
   EXPECT_LT(scenes, kMutations / 2);
 }

@@ -1,5 +1,5 @@
-// The search for the first contact against a dense march in plain double arithmetic.
-// Tolerances are relative to the body and cover the Taylor series over tens of radians of flight.
+// The search for the first contact against a dense march in plain double arithmetic. Tolerances are
+// relative to the body and cover the Taylor series over flights of tens of radians.
 #include "signature/trial/free_flight.h"
 
 #include <gtest/gtest.h>
@@ -20,16 +20,16 @@ TEST_P(FirstContact, AgreesWithADenseMarch) {
     const Flight start = test::random_flight(body, random, 8);
     const test::FlightResult result = test::fly_one(body, start);
     ASSERT_EQ(result.end, FlightEnd::contact);
-    // The march must stay clear of the plane until just before the contact: none was missed …
+    // The march must stay clear of the plane until just before the contact: none was missed.
     SlowFlight slow(body, start);
-    // Turns of at most 0.005 rad a step.
+    // At most 0.005 rad per step.
     const int steps = 100 + static_cast<int>(200 * result.flight.time_s * start.spin.norm() * 2);
     const double size = body.outer_radius_m;
     for (int i = 0; i < steps; ++i) {
       ASSERT_GE(slow.gap(), -1e-7 * size) << "trial " << trial << " at " << i << " of " << steps;
       slow.advance(result.flight.time_s / steps);
     }
-    // … and touch it there, in the same place, standing and turning the same way.
+    // It must touch the plane there, with the same position, orientation and spin.
     EXPECT_NEAR(slow.gap(), 0, 1e-7 * size);
     EXPECT_NEAR(slow.height(), result.flight.height, 1e-7 * size);
     EXPECT_NEAR(slow.height() + slow.rotation().row(1).dot(body.vertices[result.vertex]), 0,

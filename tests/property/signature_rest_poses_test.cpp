@@ -66,7 +66,7 @@ TriangleMesh random_hull(Philox& random, uint32_t count) {
   return convex_hull(points);
 }
 
-// The hull of an L-bracket, which is no body of revolution and has large faces and narrow ones.
+// The hull of an L-bracket: not a body of revolution, with large and narrow faces.
 TriangleMesh bracket() {
   return convex_hull(std::vector<Vec3>{{0, 0, 0},
                                        {3, 0, 0},
@@ -105,7 +105,7 @@ TriangleMesh polyhedron(uint64_t which, Philox& random) {
   }
 }
 
-// Each triangle of `plain` in parts * parts.
+// Divides each triangle of `plain` into parts * parts.
 TriangleMesh subdivided(const TriangleMesh& plain, uint32_t parts) {
   TriangleMesh mesh;
   for (const auto& [a, b, c] : plain.triangles) {
@@ -130,7 +130,7 @@ TriangleMesh subdivided(const TriangleMesh& plain, uint32_t parts) {
   return mesh;
 }
 
-// By way of an OBJ file with so many digits.
+// Through an OBJ file with this many digits.
 TriangleMesh rounded(const TriangleMesh& mesh, int digits) {
   const auto file = std::filesystem::temp_directory_path() /
                     ("pilesim_rest_poses_" + std::to_string(getpid()) + ".obj");
@@ -155,7 +155,7 @@ std::vector<RestPose> poses_of_solid(const TriangleMesh& mesh) {
   return mesh_rest_poses(mesh, mass_properties(mesh).centre_of_mass);
 }
 
-// Rounding of 1e-5 of the size may turn faces and shift basins by a few times that.
+// Rounding of 1e-5 of the size may rotate faces and shift basins by a few times that.
 TEST(RestPosesProperty, SubdividedTurnedAndRoundedPolyhedraHaveThePosesOfThePlainOnes) {
   for (uint64_t trial = 0; trial < 135; ++trial) {
     Philox random(17, Stream::test, trial);
@@ -163,7 +163,7 @@ TEST(RestPosesProperty, SubdividedTurnedAndRoundedPolyhedraHaveThePosesOfThePlai
     const auto digits = static_cast<int>(5 + trial / 9 % 3);
     const double size = std::pow(10, random.uniform(-3, 3));
     Pose pose{.orientation = random.rotation()};
-    // Far from the origin most digits are taken by the place.
+    // Far from the origin the position takes most digits.
     const bool far_away = digits == 7 && trial % 2 == 1;
     if (far_away) pose.position = 1000 * size * random.direction();
     TriangleMesh turned = subdivided(plain, 2 + random.index(6));
@@ -186,7 +186,7 @@ TEST(RestPosesProperty, SubdividedTurnedAndRoundedPolyhedraHaveThePosesOfThePlai
   }
 }
 
-// However finely a side is divided, it is round and no face: a ring of narrow faces is left.
+// However finely divided, a side is round and not a face: a ring of narrow faces remains.
 TEST(RestPosesProperty, RoundSidesAreNotBentIntoOneFace) {
   for (const uint32_t sides : {96u, 960u, 4800u}) {
     const auto poses = stable_rest_poses(cylinder_mesh(0.5, 1, sides));
@@ -198,13 +198,13 @@ TEST(RestPosesProperty, RoundSidesAreNotBentIntoOneFace) {
       least = std::min(least, pose.height_m);
     }
     EXPECT_NEAR(side, 0.7071, 2e-3)
-        << sides;  // seen from the centre, the ends' cones have the rest
+        << sides;  // seen from the centre, the ends' cones cover the rest
     EXPECT_GE(least, 0.4997) << sides;
   }
 }
 
-// Rolls in small turns about whichever vertex is the lowest, each towards where the centre of mass
-// falls, until it falls no more; a pose is what is up at the end.
+// Rolls by small rotations about the lowest vertex, towards the side where the centre of mass
+// falls, until it falls no more. The final up direction gives the pose.
 Vec3 roll(const TriangleMesh& hull, Vec3 down) {
   constexpr double kTurn = 1e-3;
   double lowest = std::numeric_limits<double>::infinity();
@@ -240,14 +240,14 @@ TEST(RestPosesProperty, ProbabilitiesAreThoseOfRollingInSmallSteps) {
     for (size_t p = 0; p < poses.size(); ++p) {
       const double share = poses[p].probability;
       const double sigma = std::sqrt(share * (1 - share) / kRolls);
-      // The turns add about their length along a border.
+      // The rotations add about their length along a border.
       EXPECT_NEAR(count[p] / kRolls, share, 3.5 * sigma + 2e-3)
           << "trial " << trial << " pose " << p;
     }
   }
 }
 
-// Bodies with points anywhere on and near flat faces, any spread of sizes and digits.
+// Bodies with points on and near flat faces, with any spread of sizes and digits.
 TEST(RestPosesProperty, DirtyHullsHavePosesThatShareTheSphere) {
   int hulls = 0;
   for (uint64_t trial = 0; trial < 240; ++trial) {

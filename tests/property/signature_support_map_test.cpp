@@ -18,7 +18,7 @@ TEST_P(SupportMaps, HaveTheLowestVertexOfEveryNormalNearby) {
     const double deviation = random.uniform() * SupportMap::kDeviations.back();
     const Vec3 middle = random.direction();
     const Vec3 aside = middle.cross(random.direction()).normalized();
-    // At the edge of what is asked for, or anywhere within.
+    // At the limit of the request, or anywhere within.
     const double angle = std::asin(deviation) * (i % 2 == 0 ? 1 : random.uniform());
     const Vec3 normal = std::cos(angle) * middle + std::sin(angle) * aside;
     uint32_t lowest = 0;

@@ -1,4 +1,4 @@
-// Trials of random bodies under random materials.
+// Trials of random bodies with random materials.
 #include <gtest/gtest.h>
 
 #include "signature/trial/contact_impulse.h"
@@ -32,8 +32,8 @@ double kinetic_energy(const ContactBody& body, const Flight& flight) {
                 body.inertia_m2.dot(flight.spin.cwiseProduct(flight.spin)));
 }
 
-// Energies from the inertia in the world would need the orientation after; the impulse itself is
-// watched instead.
+// Energies from the inertia in world axes would need the final orientation; check the impulse
+// itself instead.
 TEST_P(Trials, ImpulsesKeepEnergyRestitutionAndCoulombsLimit) {
   for (int i = 0; i < 4000; ++i) {
     const ContactMaterial material{.restitution = random.uniform(),
@@ -72,8 +72,8 @@ TEST_P(Trials, BodiesLeaveThePlaneInTheEnd) {
   }
 }
 
-// Without friction and with full restitution the energy stays, and the spin of equal energy tells
-// all of it, however the moments differ.
+// Without friction and with full restitution energy is conserved, and the spin by energy determines
+// all of it, however different the moments are.
 TEST_P(Trials, SpinsOfEqualEnergyTellTheEnergy) {
   TrialSetup setup{&body, {.restitution = 1, .friction = 0}, TrialKind::macro, 1};
   setup.spins = SpinMeasure::energy;
@@ -111,8 +111,8 @@ TEST_P(Trials, AreHomogeneousBitForBit) {
   }
 }
 
-// How far down the momentum of a flight lets vertices come when it points along `direction` in the
-// body, at an angle to the downward normal of that `cosine`: each may come to lie in their plane.
+// Lowest reach of vertices when a flight's momentum points along `direction` in the body, at an
+// angle with that `cosine` to the downward normal: each vertex may enter their plane.
 double lowest_about(const ContactBody& body, const Vec3& direction, double cosine) {
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
   double lowest = 0;
@@ -122,8 +122,8 @@ double lowest_about(const ContactBody& body, const Vec3& direction, double cosin
   return lowest;
 }
 
-// What never happens above the bound also may not happen on a slow march over many turns, nor may
-// it happen on a longer one: vertices turn about the momentum, and it goes round its polhode.
+// No vertex reaches above the bound in a slow march over many turns. A longer march cannot differ:
+// vertices turn about the momentum, and it circles its polhode.
 TEST_P(Trials, NoVertexReachesBelowTheReachOfItsFlight) {
   for (int i = 0; i < 10; ++i) {
     const Flight flight = test::random_flight(body, random, 1);
@@ -143,8 +143,8 @@ TEST_P(Trials, NoVertexReachesBelowTheReachOfItsFlight) {
   }
 }
 
-// About the axes of the largest and the smallest moment a body turns for ever, and within a turn
-// each vertex comes down as far as it can: there the bound is what happens.
+// A body turns for ever about the axes of the largest and the smallest moment, and within a turn
+// each vertex reaches its lowest point: there the bound is exact.
 TEST_P(Trials, TheReachOfAFlightAboutAPrincipalAxisIsAttained) {
   constexpr double kStep = 0.05;  // rad
   for (const int axis : {0, 2}) {
@@ -156,7 +156,7 @@ TEST_P(Trials, TheReachOfAFlightAboutAPrincipalAxisIsAttained) {
     for (double angle = 0; angle < 2 * kPi; angle += kStep, slow.advance(kStep)) {
       deepest = std::max(deepest, slow.height() - slow.gap());
     }
-    // Between two steps a vertex comes down by an arc's height; the search is in float.
+    // Between two steps a vertex descends by the height of an arc; the search is in float.
     const double between = 1 - std::cos(kStep / 2);
     EXPECT_NEAR(deepest, reach, (between + 3e-5) * body.outer_radius_m) << "axis " << axis;
   }

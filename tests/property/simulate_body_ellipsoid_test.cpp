@@ -1,4 +1,4 @@
-// Where two bodies touch that stand for ellipsoids.
+// Contact points of two bodies represented by ellipsoids.
 
 #include "simulate/sphere/body_ellipsoid.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kFar = 1e3F;
 
-// Semi-axes in the radius of the ball of the same volume.
+// Semi-axes relative to the radius of a ball of the same volume.
 EllipsoidForm form_of(const Vec3f& axes) {
   const Vec3f unit = axes / std::cbrt(axes.prod());
   return {Eigen::Matrix3f(unit.cwiseAbs2().asDiagonal()), unit.maxCoeff(), unit.minCoeff()};
@@ -50,7 +50,7 @@ TEST_P(Ellipsoids, BallsTouchAsBallsWhateverTheirSizes) {
   EXPECT_EQ(contact->arm_b, b);
 }
 
-// As an ellipsoid that is hardly stretched, too.
+// Also as an almost round ellipsoid.
 TEST_P(Ellipsoids, WhatIsNearlyABallTouchesAsOne) {
   const auto a = static_cast<float>(random_.uniform(0.01, 2));
   const auto b = static_cast<float>(random_.uniform(0.01, 2));
@@ -63,7 +63,7 @@ TEST_P(Ellipsoids, WhatIsNearlyABallTouchesAsOne) {
   EXPECT_NEAR(contact->arm_a / contact->arm_b, a / b, 1e-3 * a / b);
 }
 
-// Needles and sheets, of a micrometre and of ten kilometres.
+// Needles and sheets of one micrometre and of ten kilometres.
 TEST_P(Ellipsoids, AreFiniteHoweverThinTinyAndLarge) {
   for (const float radius_m : {1e-6F, 1.0F, 1e4F}) {
     for (const Vec3f& axes : {Vec3f(100, 1, 1), Vec3f(100, 100, 1), Vec3f(1, 20, 100)}) {
@@ -84,7 +84,7 @@ TEST_P(Ellipsoids, AreFiniteHoweverThinTinyAndLarge) {
   }
 }
 
-// Of one form that lie alike they touch where one, twice as large, has its surface.
+// Equal ellipsoids in equal orientation touch on the surface of one that is twice as large.
 TEST_P(Ellipsoids, ThoseThatLieAlikeTouchExactly) {
   const Placed one = random_one(random_);
   const Vec3f axes = one.form.squares.diagonal().cwiseSqrt() * one.radius_m;
@@ -108,7 +108,7 @@ TEST_P(Ellipsoids, EachSeesTheOtherAlike) {
   EXPECT_LT((here->normal + there->normal).norm(), 1e-5);
 }
 
-// A step along the normal changes the gap by its length, where they touch.
+// At contact, a step along the normal changes the gap by its length.
 TEST_P(Ellipsoids, TheNormalIsTheWayOut) {
   const Placed a = random_one(random_), b = random_one(random_);
   Vec3f apart = (a.radius_m + b.radius_m) * way();
@@ -124,7 +124,7 @@ TEST_P(Ellipsoids, TheNormalIsTheWayOut) {
   EXPECT_NEAR(out->gap - there->gap, small, 0.1 * small);
 }
 
-// What is looked for within a reach is found.
+// The search finds all contacts within its reach.
 TEST_P(Ellipsoids, NoneWithinReachIsMissed) {
   for (int i = 0; i < 200; ++i) {
     const Placed a = random_one(random_), b = random_one(random_);

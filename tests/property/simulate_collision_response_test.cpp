@@ -1,4 +1,4 @@
-// Collisions drawn at random: what must hold of each.
+// Random collisions, and the laws that each must satisfy.
 
 #include "simulate/sphere/collision_response.h"
 
@@ -26,7 +26,7 @@ class Response : public test::StatisticalScene {
             test::random_arrow(random, 0, 5).cast<float>(),
             test::random_arrow(random, 0, 30).cast<float>()};
   }
-  // Drawn or of particles, one as often as the other.
+  // Sampled and particle collisions, equally often.
   static Collision collision(const Vec3f& normal, Philox& random) {
     return {.normal = normal,
             .method = random.index(2) == 0 ? PairMethod::statistical : PairMethod::particle,

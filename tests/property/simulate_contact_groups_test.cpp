@@ -1,4 +1,4 @@
-// Groups of contacts against the same contacts one by one, in double.
+// Groups of contacts against the same contacts one at a time, in double.
 
 #include "simulate/sphere/contact_groups.h"
 
@@ -46,7 +46,7 @@ class ContactsInGroups : public testing::TestWithParam<uint64_t> {
     }
     contacts_.clear_marks(used);
     EXPECT_EQ(std::ranges::count(used, 0), kBodies);
-    // Rows 0 and 1 of the contacts' own.
+    // The contacts' own rows 0 and 1.
     motions_.emplace_back();
     motions_.push_back({.velocity = Vec3f(0.3F, 0, 0.1F)});
     contacts_.close(kBodies);

@@ -1,4 +1,4 @@
-// Contacts that are reused, against those that are found again in the same poses.
+// Reused contacts against contacts found again in the same poses.
 
 #include <gtest/gtest.h>
 
@@ -73,7 +73,7 @@ TEST_F(ContactReuse, AreWrongByNoMoreThanTheMotionSince) {
   for (int i = 0; i < 300; ++i) {
     const PosedBody a = posed(0, 100 * any_direction(), any_turn(1.1 * i));
     const Quat turn = any_turn(0.7 * i);
-    // From a direction on until they all but touch.
+    // From one direction until they nearly touch.
     const Vec3 way = any_direction();
     Pair pair{0, 1};
     Vec3 at = a.position + 0.5 * way;
@@ -84,7 +84,7 @@ TEST_F(ContactReuse, AreWrongByNoMoreThanTheMotionSince) {
     }
     const std::vector<Contact> contacts = found(pair, a, posed(1, at, turn));
     if (contacts.empty()) continue;
-    // Both bodies move a long way together, and by no more than `most_m` against each other.
+    // Both bodies move far together, but at most by `most_m` relative to each other.
     const Quat all = any_turn(1);
     const Vec3 from = 10 * any_direction(), by = 0.4 * most_m * any_direction();
     const Quat own = any_turn(0.4 * most_m / shapes_[1].radius_m);

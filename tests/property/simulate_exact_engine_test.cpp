@@ -1,4 +1,4 @@
-// The exact engine's parts against slower ways to the same, and what it keeps whatever happens.
+// Parts of the exact engine against slower methods, and its conservation laws.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ CollisionPiece random_piece(Philox& random) {
   return piece;
 }
 
-// The judge's distance of two pieces whose bodies stand like that.
+// The judge's distance of two pieces in these poses.
 double judged(const CollisionPiece& a, const CollisionPiece& b, const Pose& b_in_a) {
   const PieceCore core_a(a), core_b(b);
   return convex_distance(PlacedPiece(core_a, {}), PlacedPiece(core_b, b_in_a), 100);
@@ -77,8 +77,8 @@ double judged(const CollisionPiece& a, const CollisionPiece& b, const Pose& b_in
 
 Relative relative(const Pose& pose) { return {pose.orientation.toRotationMatrix(), pose.position}; }
 
-// Apart and a little overlapping, looked at for the first time and again after each small motion:
-// as the judge has it, to a thousandth of the pieces' sizes.
+// Separate and slightly overlapping pieces, tested first from scratch and again after each small
+// motion: equal to the judge's distance to a thousandth of the pieces' sizes.
 TEST(ExactEngine, SeparationsAreTheJudges) {
   Philox random(1, Stream::test, 0);
   int overlapping = 0;
@@ -87,7 +87,7 @@ TEST(ExactEngine, SeparationsAreTheJudges) {
     const ConvexPiece piece_a(a), piece_b(b);
     Pose pose{{}, random_turn(random)};
     const Vec3 direction = random_direction(random);
-    // To where they touch, by bisection with the judge.
+    // Bisect to the contact with the judge.
     double low = 0, high = 5;
     for (int k = 0; k < 40; ++k) {
       const double middle = (low + high) / 2;
@@ -114,7 +114,7 @@ TEST(ExactEngine, SeparationsAreTheJudges) {
   EXPECT_GT(overlapping, 150);
 }
 
-// Beyond the reach a bound is enough, and it is one.
+// Beyond the reach a bound is sufficient, and it must be a bound.
 TEST(ExactEngine, BoundsOfFarPiecesAreBounds) {
   Philox random(2, Stream::test, 0);
   for (int i = 0; i < 2000; ++i) {
@@ -130,7 +130,7 @@ TEST(ExactEngine, BoundsOfFarPiecesAreBounds) {
   }
 }
 
-// Contact points lie between the pieces, and no corner is deeper than the deepest of them.
+// Contact points lie between the pieces, and no corner penetrates deeper than the deepest one.
 TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
   Philox random(3, Stream::test, 0);
   ManifoldScratch scratch;
@@ -157,14 +157,14 @@ TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
       deepest = std::min(deepest, point.distance_m);
       EXPECT_GT(point.normal.dot(found.normal), 0.9);
     }
-    // The rims of cylinders are polygons to what cuts them.
+    // Clipping treats the rims of cylinders as polygons.
     const bool has_rim =
         a.kind == CollisionPiece::Kind::cylinder || b.kind == CollisionPiece::Kind::cylinder;
     EXPECT_NEAR(deepest, found.distance_m, has_rim ? 0.01 : 1e-3) << i;
   }
 }
 
-// Where the judge has them so far apart, turned and aside at random.
+// At this distance according to the judge, with random rotation and offset.
 void expect_deepest_point(const CollisionPiece& of_a, const CollisionPiece& of_b, double distance_m,
                           Philox& random) {
   const Vec3 direction = random_direction(random);
@@ -186,7 +186,7 @@ void expect_deepest_point(const CollisionPiece& of_a, const CollisionPiece& of_b
   EXPECT_NEAR(deepest->distance_m, found.distance_m, 1e-3);
 }
 
-// Blunt corners have faces that are nearly the one that carries, with corners beside them.
+// Blunt corners have faces nearly parallel to the reference face, with corners beside them.
 TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   Philox random(9, Stream::test, 0);
   const auto pebble = [&] {
@@ -207,7 +207,7 @@ TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   }
 }
 
-// Cuts leave corners that are one but for rounding; no side leads from one to the other.
+// Clipping may leave coincident corners, up to rounding; the side between them is degenerate.
 TEST(ExactEngine, DoubledCornersCutNothingOff) {
   Philox random(17, Stream::test, 0);
   int doubled = 0;
@@ -235,7 +235,7 @@ TEST(ExactEngine, DoubledCornersCutNothingOff) {
   EXPECT_GT(doubled, 500);
 }
 
-// Whatever corners are joined: at any size, with corners in clusters, on edges and on faces.
+// For any joined corners: of any size, in clusters, on edges and on faces.
 TEST(ExactEngine, PiecesReachAsFarAsTheirHulls) {
   Philox random(18, Stream::test, 0);
   for (int i = 0; i < 300; ++i) {
@@ -265,7 +265,7 @@ TEST(ExactEngine, PiecesReachAsFarAsTheirHulls) {
   }
 }
 
-// Logs that lie along each other touch from the first end that both have to the last.
+// Parallel logs touch from the first common end to the last.
 TEST(ExactEngine, LogsTouchAllAlongEachOther) {
   CollisionPiece log;
   log.kind = CollisionPiece::Kind::cylinder;
@@ -286,8 +286,8 @@ TEST(ExactEngine, LogsTouchAllAlongEachOther) {
   }
 }
 
-// And where one is tilted a little, at both ends as far as they are from each other there: with one
-// point, the other end was as if it were free.
+// If one is tilted a little, they touch at both ends at the distances there: with a single point,
+// the other end would be free.
 TEST(ExactEngine, LogsThatAreTiltedTouchAtBothEnds) {
   CollisionPiece log;
   log.kind = CollisionPiece::Kind::cylinder;
@@ -312,7 +312,7 @@ TEST(ExactEngine, LogsThatAreTiltedTouchAtBothEnds) {
     EXPECT_NEAR(points[1].distance_m - points[0].distance_m, kTilt, 1e-3);
     EXPECT_NEAR(points[1].place.y() * points[0].place.y(), -0.25, 0.01);
   }
-  // Across each other: nearest in the middle.
+  // Crosswise: nearest in the middle.
   const std::vector<SurfacePoint> points = points_of(Vec3::UnitX(), 0.05);
   ASSERT_EQ(points.size(), 3);
   EXPECT_NEAR(points[0].place.y(), 0, 1e-3);
@@ -322,8 +322,8 @@ TEST(ExactEngine, LogsThatAreTiltedTouchAtBothEnds) {
   }
 }
 
-// Crossed sticks lie face to face, if one is tilted by less than can be seen: its far end is then
-// below the other's face, beside it.
+// Crossed sticks touch by their faces if one is tilted imperceptibly: its far end is then below the
+// other's face, beside it.
 TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
   CollisionPiece stick;
   stick.kind = CollisionPiece::Kind::box;
@@ -347,8 +347,8 @@ TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
   }
 }
 
-// All pairs whose boxes meet, and the balls about their centres, are listed, however bodies move,
-// come and go.
+// All pairs with overlapping boxes and bounding spheres are listed, however bodies move, appear and
+// vanish.
 TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
   Philox random(4, Stream::test, 0);
   SmallModel m;
@@ -386,7 +386,7 @@ TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
     }
     EXPECT_EQ(listed.size(), state.pairs.size());
     EXPECT_TRUE(std::ranges::is_sorted(state.pairs, {}, &Pair::key));
-    const auto reached = [&](const Body& body) {  // in the step to come
+    const auto reached = [&](const Body& body) {  // in the coming step
       const Mat3 turn = body.orientation.toRotationMatrix();
       const Vec3 half = turn.cwiseAbs() * Vec3(0.2, 0.3, 0.4);
       Bounds box(Vec3(body.position - half), Vec3(body.position + half));
@@ -416,8 +416,8 @@ TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
   }
 }
 
-// Pairs of bodies that stand still are set aside and brought back, with their contacts, as bodies
-// fall asleep and wake: each pair is there once, and in sight of a step if one of the two moves.
+// Pairs of sleeping bodies are stored and restored with their contacts as bodies fall asleep and
+// wake. Each pair exists once, and is visible to a step if one of its bodies moves.
 TEST(ExactEngine, PairsThatRestComeBack) {
   Philox random(5, Stream::test, 0);
   SmallModel m;
@@ -485,7 +485,7 @@ TEST(ExactEngine, PairsThatRestComeBack) {
     most_resting = std::max(most_resting, state.resting.pairs.size());
   }
   EXPECT_EQ(most_resting, expected.size());
-  // What goes takes its pairs with it, and their contacts.
+  // A removed body takes its pairs and their contacts with it.
   for (Body& body : state.bodies) body.asleep = true;
   list.set_aside(state.pairs.size());
   ASSERT_TRUE(state.pairs.empty());
@@ -502,7 +502,7 @@ TEST(ExactEngine, PairsThatRestComeBack) {
 }
 
 TEST(ExactEngine, BallsWhoseBoxesMeetAtACornerAreNoPair) {
-  for (const double apart : {0.95, 1.2}) {  // of their diameter; boxes meet to 1.7
+  for (const double apart : {0.95, 1.2}) {  // of their diameter; boxes overlap up to 1.7
     SmallModel m;
     m.sphere(0.5);
     std::vector<CollisionShape> shapes;
@@ -549,7 +549,7 @@ std::unique_ptr<Simulator> simulate(const SmallModel& m) {
   return make_impulse_simulator(m.scene, m.model, make_exact_engine(m.scene, m.model));
 }
 
-// Springs of contacts go with the lighter body: a load is no overlap to be undone slowly.
+// Contact springs scale with the lighter body: a load is not an overlap to be removed slowly.
 TEST(ExactEngine, AThousandTimesItsMassSinksLessThanAHundredthOfItsHeight) {
   for (const double edge : {0.1, 1.0}) {
     SmallModel m;
@@ -565,7 +565,7 @@ TEST(ExactEngine, AThousandTimesItsMassSinksLessThanAHundredthOfItsHeight) {
   }
 }
 
-// Among many, which have fewer substeps, too: four stones, askew, under a slab.
+// The same among many bodies, which have fewer substeps: four skew stones under a slab.
 TEST(ExactEngine, AThousandTimesItsMassLiesAmongMany) {
   SmallModel m;
   const uint32_t light = m.material(0.1, 0.7, 1000), heavy = m.material(0.1, 0.7, 3e4);
@@ -583,8 +583,8 @@ TEST(ExactEngine, AThousandTimesItsMassLiesAmongMany) {
   EXPECT_LT(std::ranges::max(overlap_depths(m.model, simulator->states())), 0.001);
 }
 
-// A light ball between a heavy one and one that sleeps hits that as the heavy one would. What flies
-// beside it, or the other way, adds nothing.
+// A light ball between a heavy one and a sleeping one hits the latter with the momentum of the
+// heavy one. Balls that fly beside it, or away from it, add nothing.
 TEST(ExactEngine, AHitHasTheMomentumOfWhatComesBehind) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
@@ -612,8 +612,7 @@ TEST(ExactEngine, AHitHasTheMomentumOfWhatComesBehind) {
   EXPECT_NEAR(hits[0].momentum_ns, 5 * mass_kg, 1e-3 * 5 * mass_kg);
 }
 
-// Bodies that fly into each other keep momentum, and gain no energy.
-// As far as floats tell.
+// Bodies that collide conserve momentum and gain no energy, within float precision.
 TEST(ExactEngine, ACrowdKeepsItsMomentum) {
   struct Crowd {
     int bodies;
@@ -646,8 +645,8 @@ TEST(ExactEngine, ACrowdKeepsItsMomentum) {
   }
 }
 
-// Wider than the gap between two walls, as if something had forced it in: it may be lifted out, but
-// the force of two sides that do not give way is bounded.
+// Wider than the gap between two walls, as if forced in: it may be lifted out, but two fixed sides
+// must exert a bounded force.
 TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
   Philox random(5, Stream::test, 0);
   for (int trial = 0; trial < 20; ++trial) {
@@ -668,12 +667,12 @@ TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
       simulator->step_frame();
       fastest = std::max(fastest, simulator->states().linear_velocity[3].norm());
     }
-    EXPECT_LT(fastest, 1.5) << trial;  // a fall through its own half
+    EXPECT_LT(fastest, 1.5) << trial;  // a fall through half its height
   }
 }
 
-// Lengths times s, times times sqrt(s): what starts inside of others leaves them at the same pace.
-// Bodies of metres have substeps of 1/960 s at the longest.
+// Scaling lengths by s and times by sqrt(s): bodies that start inside others separate at the same
+// pace. Bodies of metres have substeps of at most 1/960 s.
 TEST(ExactEngine, WhatIsStuckPartsAlikeAtAnySize) {
   const auto distances_at = [](double scale) {
     SmallModel m;
@@ -700,8 +699,8 @@ TEST(ExactEngine, WhatIsStuckPartsAlikeAtAnySize) {
   }
 }
 
-// Bodies of crossing bars, put into each other anyhow. Each pair of bars has a direction in which
-// it comes apart soonest, and those contradict each other.
+// Bodies of crossing bars, placed into each other at random. Each pair of bars has a direction in
+// which it separates soonest, and these directions contradict each other.
 TEST(ExactEngine, BodiesOfManyPiecesPartWhateverTheirPiecesWant) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
@@ -732,7 +731,7 @@ TEST(ExactEngine, BodiesOfManyPiecesPartWhateverTheirPiecesWant) {
   for (const Vec3& velocity : simulator->states().linear_velocity) EXPECT_LT(velocity.norm(), 0.2);
 }
 
-// At any number of threads, for few bodies, solved in doubles, and for many, in floats.
+// At any number of threads, for few bodies, solved in doubles, and many, solved in floats.
 TEST(ExactEngine, TheSameBytesAtAnyNumberOfThreads) {
   for (const int bodies : {60, 512}) {
     const SmallModel m = crowd(Vec3(0, -9.81, 0), bodies, 0.2);
@@ -752,28 +751,29 @@ TEST(ExactEngine, TheSameBytesAtAnyNumberOfThreads) {
   set_thread_count(available_threads());
 }
 
-// Friction acts in the impact, too: a ball that is thrown flat at the ground leaves it spinning.
+// Friction also acts in the impact: a ball thrown at a low angle leaves the ground spinning.
 TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
-  // The impact falls where the ball is when its step begins.
+  // The impact occurs at the ball's position at the start of the step.
   m.scene.step_s = Scene::kFixedStep;
   const uint32_t material = m.material(0.5, 0.2);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
   m.body(m.sphere(0.1), material, {0, 0.3, 0}).linear_velocity = {3, -2, 0};
   const auto simulator = simulate(m);
   run(*simulator, 30);
-  // Sliding all the while: the impact's friction is 0.2 of it.
+  // It slides all the time: the impact's friction is 0.2 of it.
   const double blow = 2 * (1 + 0.5);
   const Vec3& velocity = simulator->states().linear_velocity[1];
   EXPECT_NEAR(velocity.y(), 1, 1e-5);
   EXPECT_NEAR(velocity.x(), 3 - 0.2 * blow, 1e-5);
-  // The impact acts where the ball is when the step begins, so its lever is longer by half the gap.
+  // The impact acts at the ball's position at the start of the step, so its lever is longer by half
+  // the gap.
   const double spin = -0.2 * blow * 2.5 / 0.1;
   EXPECT_NEAR(simulator->states().angular_velocity[1].z(), spin, 0.05 * std::abs(spin));
 }
 
-// What falls bounces in the step in which it arrives, and not before.
+// A falling body bounces in the step in which it arrives, and not before.
 TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
   SmallModel m;
   m.scene.gravity = Vec3(0, -9.81, 0);
@@ -783,7 +783,7 @@ TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
   constexpr double kStep = 1.0 / 240, kSpeed = 0.5, kFall = 9.81 * kStep * kStep / 2;
   Philox random(7, Stream::test, 0);
-  std::vector<double> left;  // of the way to the ground when the step ends, in falls
+  std::vector<double> left;  // remaining way to the ground at the end of the step, in falls
   for (int i = 0; i < 60; ++i) {
     left.push_back(random.uniform(-1, 2));
     const double gap = kSpeed * kStep + (1 + left.back()) * kFall;
@@ -804,7 +804,7 @@ TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
   }
 }
 
-// Two that fall alike meet as if nothing fell.
+// Two bodies in equal fall collide as if without gravity.
 TEST(ExactEngine, WhatFallsTogetherIsNotThrownApartBeforeItMeets) {
   SmallModel m;
   m.scene.gravity = Vec3(0, -9.81, 0);
@@ -813,7 +813,7 @@ TEST(ExactEngine, WhatFallsTogetherIsNotThrownApartBeforeItMeets) {
   const uint32_t ball = m.sphere(0.1);
   constexpr double kStep = 1.0 / 240, kSpeed = 0.5, kFall = 9.81 * kStep * kStep / 2;
   Philox random(8, Stream::test, 0);
-  std::vector<double> left;  // of the way to each other when the step ends, in falls
+  std::vector<double> left;  // remaining distance at the end of the step, in falls
   for (int i = 0; i < 60; ++i) {
     left.push_back(random.uniform(-2, 2));
     const double gap = kSpeed * kStep + left.back() * kFall;

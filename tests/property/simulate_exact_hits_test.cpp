@@ -16,8 +16,8 @@ SmallModel in_space() {
   return m;
 }
 
-// It goes many of its radii in a step; what counts is the normal where it meets the other. At the
-// rim a hundredth of a radius too early is 3 % of the speed.
+// It travels many of its radii in a step; the normal at the point of contact counts. At the rim, a
+// hundredth of a radius too early changes the speed by 3 %.
 TEST(ExactHits, ABulletGlancesOffByTheNormalAtTheHit) {
   constexpr double kRadius = 0.1, kBullet = 0.05, kSpeed = 100;
   for (const double offset : {0.0, 0.03, 0.06, 0.09, 0.12}) {
@@ -38,8 +38,8 @@ TEST(ExactHits, ABulletGlancesOffByTheNormalAtTheHit) {
   }
 }
 
-// The slope throws the ball down where nothing is; what it lay beside when the step began is far
-// away by then.
+// The slope deflects the ball into empty space; its neighbour at the start of the step is far away
+// by then.
 TEST(ExactHits, WhatABulletHasLeftBehindIsNotHit) {
   constexpr double kSpeed = 100, kRadius = 0.05, kWay = 0.3;
   SmallModel m = in_space();
@@ -59,15 +59,15 @@ TEST(ExactHits, WhatABulletHasLeftBehindIsNotHit) {
   EXPECT_LT(speed[3].norm(), 1e-6 * kSpeed);
 }
 
-// A box lands flat, with a part of its face, on the brink of a table: only the points at the brink
-// push, at a lever d, and stop there: J = m v / (1 + m d^2 / I). All points of the face are there
-// at first, and those far from the brink are to let go. The first step brings it to the table, the
+// A box lands flat, with part of its face on the brink of a table. Only the points at the brink
+// push, at a lever d, and stop there: J = m v / (1 + m d^2 / I). All points of the face exist at
+// first, and those far from the brink must separate. The first step brings it to the table, the
 // second stops it there.
 TEST(ExactHits, WhatLandsOnABrinkTurnsAboutIt) {
   constexpr double kSpeed = 5, kLength = 0.4, kHeight = 0.1, kLever = 0.03;
-  constexpr int kBoxes = 120;  // many, which are gone over less often
+  constexpr int kBoxes = 120;  // many, which have fewer iterations
   SmallModel m = in_space();
-  m.scene.frame_rate = 240;  // a step
+  m.scene.frame_rate = 240;  // one step
   const uint32_t material = m.material(0, 0);
   const uint32_t table = m.box({1, 1, 0.5});
   const uint32_t box = m.box({kLength, kHeight, 0.1});

@@ -1,4 +1,4 @@
-// Bodies that the exact engine lets sleep.
+// When the exact engine lets bodies sleep.
 #include <gtest/gtest.h>
 
 #include "simulate/modes/make_simulator.h"
@@ -8,8 +8,7 @@
 namespace pilesim {
 namespace {
 
-// Frames until a cube of 0.2 m between two walls sleeps, held by their friction; 0 if it never
-// does.
+// Frames until a cube of 0.2 m between two walls sleeps, held by friction; 0 if it never does.
 int frames_awake(double gap_m) {
   SmallModel m;
   const uint32_t material = m.material(0, 0.5);
@@ -26,7 +25,7 @@ int frames_awake(double gap_m) {
   return 0;
 }
 
-// However still it is. Bodies that penetrate a little get time to separate.
+// However slow. Slightly penetrating bodies get time to separate.
 TEST(ExactRest, WhatIsSunkStaysAwake) {
   const int apart = frames_awake(0.2), wedged = frames_awake(0.19);  // by 0.025 on either side
   EXPECT_GT(apart, 0);
@@ -34,7 +33,7 @@ TEST(ExactRest, WhatIsSunkStaysAwake) {
   EXPECT_EQ(frames_awake(0.16), 0);
 }
 
-// A ball that rolls on for ever keeps nothing awake that it does not touch.
+// A ball that rolls for ever keeps only bodies awake that it touches.
 TEST(ExactRest, WhatIsApartSleepsApart) {
   SmallModel m;
   const uint32_t material = m.material(0, 0.5);
@@ -47,11 +46,11 @@ TEST(ExactRest, WhatIsApartSleepsApart) {
   EXPECT_GT(simulator->states().linear_velocity[1].x(), 0.5);
 }
 
-// Rows of boxes that lean on each other sleep as islands; what hits the end of one wakes all of it,
-// in the step in which it does, and nothing of it falls meanwhile, and no other row.
+// Rows of leaning boxes sleep as islands. A body that hits the end of one wakes the whole island in
+// that step, without any fall in the meantime, and no other row.
 TEST(ExactRest, WhatSleepsTogetherWakesTogether) {
   SmallModel m;
-  m.scene.frame_rate = 1 / m.scene.actual_step_s();  // every step is looked at
+  m.scene.frame_rate = 1 / m.scene.actual_step_s();  // every step is checked
   const uint32_t material = m.material(0, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
   const uint32_t box = m.box(Vec3::Constant(0.2));

@@ -1,4 +1,4 @@
-// How the exact engine turns what touches something.
+// Rotation of bodies in contact in the exact engine.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,9 +23,9 @@ std::vector<Vec3> top_points(double radius, double half_height) {
   return points;
 }
 
-// On ice its centre of mass stays where it is, and the ground's push turns its axis about the
-// vertical at the rate W with (I3 w - I1 W cos t) W = m g h, t being its tilt, w its spin about its
-// axis and h the height of its centre over its tip along that axis.
+// On ice its centre of mass stays in place. The ground's force turns its axis about the vertical at
+// the rate W with (I3 w - I1 W cos t) W = m g h. Here t is its tilt, w its spin about its axis, and
+// h the height of its centre over its tip along that axis.
 TEST(ExactTurning, ATopOnIcePrecesses) {
   constexpr double kTilt = 0.35, kRate = 4, kHeight = 0.1;
   SmallModel m;

@@ -1,4 +1,4 @@
-// Bodies that turn freely against closed forms and against a slower way to the same.
+// Freely rotating bodies, against closed forms and a slower method.
 #include "simulate/free_rotation.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Quat random_turn(Philox& random) {
   return Quat(Eigen::AngleAxisd(angle, random.direction()));
 }
 
-// Principal moments of a solid: none is more than the other two together.
+// Principal moments of a solid: none exceeds the sum of the other two.
 Vec3 random_moments(Philox& random) {
   Vec3 second;
   for (int k = 0; k < 3; ++k) second[k] = std::exp(random.uniform(std::log(1e-3), 0));
@@ -48,8 +48,8 @@ Turning random_body(Philox& random) {
 
 Quat turn_by(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis)); }
 
-// Whatever the angle, to 3e-7 of it. About the axis of the largest or the smallest moment: about
-// the middle one a body tumbles in the end.
+// For any angle, to 3e-7 of it. Only about the axis of the largest or smallest moment: about the
+// middle one a body eventually tumbles.
 TEST(FreeRotation, AboutAPrincipalAxisItTurnsBySpinTimesTime) {
   Philox random(1, Stream::test, 0);
   for (const double angle : {1e-9, 1e-3, 0.1, 0.4, 0.5, 0.6, 1.0, 3.0, 10.0}) {
@@ -69,8 +69,8 @@ TEST(FreeRotation, AboutAPrincipalAxisItTurnsBySpinTimesTime) {
   }
 }
 
-// A symmetric top turns about its axis and, with it, about the angular momentum at L / I_across:
-// however far in a step, as the two turns are made one after the other.
+// A symmetric top turns about its axis and, with it, about the angular momentum at L / I_across.
+// The step size does not matter, since the two rotations are applied one after the other.
 TEST(FreeRotation, ATopIsItsClosedForm) {
   Philox random(2, Stream::test, 0);
   for (int i = 0; i < 300; ++i) {
@@ -92,7 +92,7 @@ TEST(FreeRotation, ATopIsItsClosedForm) {
   }
 }
 
-// To rounding. The energy swings, by steps of up to 2 rad, and does not drift away.
+// Within rounding. The energy oscillates with steps of up to 2 rad, but does not drift.
 TEST(FreeRotation, MomentumIsKeptAndEnergyDoesNotDrift) {
   Philox random(3, Stream::test, 0);
   double most = 0;
@@ -110,7 +110,7 @@ TEST(FreeRotation, MomentumIsKeptAndEnergyDoesNotDrift) {
   EXPECT_LT(most, 0.06);
 }
 
-// Euler's equations by the classical method of fourth order, in small steps.
+// Euler's equations by the classical fourth-order method, in small steps.
 Turning reference(Turning body, double time_s) {
   constexpr int kSteps = 2000;
   const double h = time_s / kSteps;
@@ -132,7 +132,7 @@ Turning reference(Turning body, double time_s) {
   return body;
 }
 
-// With the square of the step, as a symmetric splitting does.
+// Proportional to the square of the step, as for a symmetric splitting.
 TEST(FreeRotation, HalfTheStepIsAFourthOfTheError) {
   Philox random(4, Stream::test, 0);
   double sums[3] = {};

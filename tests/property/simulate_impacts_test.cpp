@@ -1,4 +1,4 @@
-// Impacts: a centred one is symmetric, and impulses go through rows.
+// Impacts: centred ones are symmetric, and impulses travel through rows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,8 +13,7 @@
 namespace pilesim {
 namespace {
 
-// A heavy body falls on a light cube that lies on the ground, or on a plate on two cubes, all
-// centred.
+// A heavy body falls on a light cube on the ground, or on a plate on two cubes, all centred.
 struct HeavyImpact {
   std::string heavy;  // or "plate"
   double ratio, restitution;
@@ -23,8 +22,8 @@ struct HeavyImpact {
 };
 
 struct Outcome {
-  double tilt_deg = 0, sideways_m = 0;  // most of any body
-  double height_m = 0;                  // of the heavy one above where it should lie, at the end
+  double tilt_deg = 0, sideways_m = 0;  // largest of any body
+  double height_m = 0;                  // of the heavy one at the end, above its resting height
 };
 
 constexpr double kEdge = 0.5;  // m
@@ -56,7 +55,7 @@ SmallModel model_of(const HeavyImpact& impact) {
       heavy = m.cylinder(kEdge / 2, 1);
       half = 0.5;
     }
-    if (impact.heavy == "hull") {  // a prism of seven sides
+    if (impact.heavy == "hull") {  // a prism with seven sides
       std::vector<Vec3> points;
       half = 0.4;
       for (int k = 0; k < 7; ++k) {
@@ -119,7 +118,7 @@ TEST(Impacts, ACentredOneOfAHeavyBodyIsSymmetric) {
   }
 }
 
-// What happens elsewhere changes nothing.
+// Distant events change nothing.
 TEST(Impacts, ACentredOneIsSymmetricBesideManyBodies) {
   for (const char* heavy : {"cylinder", "box"}) {
     for (const double ratio : {10.0, 60.0}) expect_symmetric({heavy, ratio, 0, 240, 200});
@@ -136,7 +135,7 @@ struct Row {
 
 constexpr double kRadius = 0.02, kApart = 0.0401;  // m
 
-// m/s, when all is over.
+// m/s, after all collisions.
 std::vector<double> speeds_after(const Row& row) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
@@ -156,7 +155,7 @@ std::vector<double> speeds_after(const Row& row) {
   return speeds;
 }
 
-// The first ball stops, the last leaves, whether they touch or a step jumps over the gaps.
+// The first ball stops and the last one leaves, whether they touch or a step exceeds the gaps.
 TEST(Impacts, ARowPassesAnImpulseOn) {
   for (const int step_hz : {60, 240}) {
     for (const bool boxes : {false, true}) {
@@ -184,7 +183,7 @@ TEST(Impacts, AsManyLeaveARowAsHitIt) {
   }
 }
 
-// Two bodies at a time: the hit one takes (1 + e) m1 / (m1 + m2) of the speed.
+// Two bodies at a time: the target takes (1 + e) m1 / (m1 + m2) of the speed.
 TEST(Impacts, ARowOfUnequalBodiesCollidesTwoByTwo) {
   for (const double gap : {0.0, 1e-4, 1e-2}) {
     const std::vector<double> falling = speeds_after({{4, 2, 1}, {1, 0, 0}, {kApart, gap}, 1, 240});
@@ -202,7 +201,7 @@ TEST(Impacts, ARowOfUnequalBodiesCollidesTwoByTwo) {
   }
 }
 
-// A cube that lands flat stops where it lands: its corners share the impact alike.
+// A cube that lands flat stops in place: its corners share the impact equally.
 TEST(Impacts, OfAFlatFaceLeavesNoDrift) {
   for (const double step_s : {0.0, 1.0 / 60, 1.0 / 240}) {
     for (const double speed : {3.0, 7.0, 12.0, 20.0}) {

@@ -1,4 +1,4 @@
-// Simulators run all valid scenes: values from their whole ranges, with extreme sizes and speeds.
+// Simulators run all valid scenes: values over their whole ranges, with extreme sizes and speeds.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -124,8 +124,8 @@ TEST(Ranges, WhatASceneMaySaySimulatorsRun) {
   for (uint32_t i = 0; i < 60; ++i) expect_runs(RandomScene(i).text());
 }
 
-// Squares of what they answer to a torque are no floats, or its two directions differ by more than
-// floats have digits.
+// Squares of their response to a torque overflow a float, or its two directions differ by more than
+// a float's precision.
 TEST(Ranges, HeavyBallsAndLongRodsAreHeldBackFromRolling) {
   for (const char* shape : {R"({"type": "sphere", "radius": 2400})",
                             R"({"type": "box", "size": [0.04, 0.06, 1240]})"}) {

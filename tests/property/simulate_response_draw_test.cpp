@@ -58,8 +58,8 @@ class ResponseDraws : public test::StatisticalScene {
     }
     return result;
   }
-  // Normal distributions of the stated mean and covariance with the stated limits, by another
-  // generator and the plain formula.
+  // Normal distributions with the stated mean, covariance and limits, by another generator and the
+  // plain formula.
   std::vector<Vector6> expected(const Vec3f& normal, const Vec3f& v, const Vec3f& w) {
     const WorkingFrame frame = working_frame(normal, v);
     Vector6 mean;
@@ -84,8 +84,8 @@ class ResponseDraws : public test::StatisticalScene {
     }
     return result;
   }
-  // Limits put many draws on one value, from which the way to the world and back takes the last
-  // bits.
+  // Limits put many samples on one value, which loses its last bits on the way to the world frame
+  // and back.
   static double rounded(float value) { return std::round(1e5 * value); }
   static double worst(const std::vector<Vector6>& a, const std::vector<Vector6>& b) {
     double largest = 0;
@@ -103,7 +103,7 @@ class ResponseDraws : public test::StatisticalScene {
   float gyration_m_ = 0;
 };
 
-// Also of what only spins, or comes straight down.
+// Also if it only spins, or comes straight down.
 TEST(WorkingFrame, IsOrthonormalWhateverTheVelocity) {
   Philox random(3, Stream::test, 2);
   for (int i = 0; i < 20; ++i) {
@@ -131,7 +131,7 @@ TEST_F(ResponseDraws, FollowTheStatedDistribution) {
     if (v.dot(normal) > 0) v = -v;
     const Vec3f w = test::random_arrow(random, 0, 10).cast<float>();
     EXPECT_LT(worst(draw(DrawModel::full, normal, v, w), expected(normal, v, w)), bound) << i;
-    // The comparison sees a motion a little different from this one.
+    // The comparison detects a slightly different motion.
     EXPECT_GT(worst(draw(DrawModel::full, normal, v, w), expected(normal, v, w + 2 * normal)),
               bound)
         << i;

@@ -1,4 +1,4 @@
-// Which rest pose a body turns to: of bodies in random orientations, as many as the signature says.
+// The rest pose to which a body turns: random orientations give the signature's probabilities.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ KnownRestPose pose(const Vec3& up, double probability, const char* source, doubl
       .up = up.normalized(), .height_m = height_m, .probability = probability, .source = source};
 }
 
-// Of uniformly random orientations.
+// For uniformly random orientations.
 std::vector<double> shares(const std::vector<RestTarget>& targets) {
   constexpr int kCount = 20000;
   Philox random(1, Stream::test, 5);

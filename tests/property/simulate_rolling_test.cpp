@@ -21,11 +21,11 @@ std::unique_ptr<Simulator> simulate(const SmallModel& m) {
   return make_impulse_simulator(m.scene, m.model, make_exact_engine(m.scene, m.model));
 }
 
-double between(Philox& random, double low, double high) {  // even by the logarithm
+double between(Philox& random, double low, double high) {  // uniform in the logarithm
   return low * std::pow(high / low, random.uniform());
 }
 
-// As far as v^2 / 2a, to 1 %, in any direction.
+// Distance v^2 / 2a to 1 %, in any direction.
 TEST(Rolling, BallsOfAllMassesStopWhereTheirCoefficientSays) {
   Philox random(1, Stream::test, 0);
   SmallModel m;
@@ -60,8 +60,8 @@ TEST(Rolling, BallsOfAllMassesStopWhereTheirCoefficientSays) {
   }
 }
 
-// Two balls that fly into each other turning keep what they have together; about the line between
-// them the blow takes away of their turning against each other what its impulse allows.
+// Two spinning balls that collide conserve their common momentum. About the line between them, the
+// impact reduces their relative spin by what its impulse allows.
 TEST(Rolling, ABlowKeepsMomentum) {
   Philox random(2, Stream::test, 0);
   for (int trial = 0; trial < 100; ++trial) {
@@ -112,8 +112,8 @@ TEST(Rolling, ABlowKeepsMomentum) {
   }
 }
 
-// Balls and boxes of all materials, so many that floats solve them: the same bytes at any number of
-// threads, and what is round comes to rest.
+// Balls and boxes of all materials, enough to be solved in floats: the same bytes at any number of
+// threads, and round bodies come to rest.
 TEST(Rolling, AHeapSleepsAndIsTheSameAtAnyNumberOfThreads) {
   SmallModel m;
   m.scene.frame_rate = 60;

@@ -37,7 +37,7 @@ TEST_P(Grid, MeetsEachPairThatTouchesOnce) {
     }
   }
   for (size_t p = grid.small_count(); p < count; ++p) {
-    const Vec3f around = Vec3f::Constant(radii[order[p]] + 1);  // no small one is wider
+    const Vec3f around = Vec3f::Constant(radii[order[p]] + 1);  // no small one is larger
     grid.for_each_in(centres[order[p]] - around, centres[order[p]] + around,
                      [&](uint32_t q) { ++met[std::minmax(order[p], order[q])]; });
   }
@@ -46,7 +46,7 @@ TEST_P(Grid, MeetsEachPairThatTouchesOnce) {
   size_t touching = 0;
   for (uint32_t i = 0; i < count; ++i) {
     for (uint32_t j = i + 1; j < count; ++j) {
-      if (large[i] && large[j]) continue;  // the business of a coarser grid
+      if (large[i] && large[j]) continue;  // left to a coarser grid
       const int times = met[{i, j}];
       EXPECT_LE(times, 1);
       if ((centres[i] - centres[j]).norm() > radii[i] + radii[j]) continue;
@@ -57,7 +57,7 @@ TEST_P(Grid, MeetsEachPairThatTouchesOnce) {
   EXPECT_GT(touching, count / 4);
 }
 
-// Threads work on blocks of one colour at the same time: those must share no sphere.
+// Threads work on blocks of one colour at the same time: these must share no sphere.
 TEST_P(Grid, BlocksOfOneColourShareNothing) {
   Philox random(4, Stream::test, static_cast<uint64_t>(GetParam()));
   std::vector<Vec3f> centres;

@@ -66,7 +66,7 @@ TEST_F(TrajectoryRandom, WhatWasWrittenComesBack) {
       if (bodies == 0) continue;
       for (size_t body = 0; body < bodies; ++body) {
         const Vec3 &found = frame.position[body], &wanted = expected.position[body];
-        // Of tetrahedra positions are rounded, of planes not.
+        // Positions of tetrahedra are rounded, those of planes are not.
         if (body % 2 == 0 && wanted.allFinite()) {
           ASSERT_LE((found - wanted).cwiseAbs().maxCoeff(), 1e-7) << round << " frame " << i;
         } else if (body % 2 == 1) {
@@ -104,7 +104,7 @@ std::string damaged(std::string bytes, Philox& random) {
   return bytes;
 }
 
-// Whatever happens to one file, the reader gives frames or an Error, and never wrong numbers from a
+// Whatever happens to a file, the reader gives frames or an Error, and never wrong numbers from a
 // damaged chunk.
 TEST_F(TrajectoryRandom, DamageIsAnErrorAndNeverACrash) {
   constexpr size_t kBodies = 3;
@@ -139,8 +139,8 @@ TEST_F(TrajectoryRandom, DamageIsAnErrorAndNeverACrash) {
   EXPECT_GT(refused, kRounds / 3);
 }
 
-// Killed after any number of frames and resumed after as many or fewer, again and again, it ends as
-// the same files.
+// Repeatedly killed after any number of frames and resumed after as many or fewer, it ends with the
+// same files.
 TEST_F(TrajectoryRandom, ResumedItEndsAsTheSameFiles) {
   const auto files_of = [](const fs::path& store) {
     std::map<std::string, std::string> files;

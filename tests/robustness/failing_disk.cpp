@@ -41,7 +41,7 @@ std::string variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-// The words of this process's command line, each ended by a zero.
+// The words of this process's command line, each terminated by a zero byte.
 bool is_meant(const std::string& command) {
   char words[4096];
   const int file = static_cast<int>(syscall(SYS_openat, AT_FDCWD, "/proc/self/cmdline", O_RDONLY));
@@ -54,7 +54,7 @@ bool is_meant(const std::string& command) {
          command == words + std::strlen(words) + 1;
 }
 
-// Null: this process is left alone.
+// Null: this process is not affected.
 const Plan* plan() {
   static const Plan* const made = []() -> const Plan* {
     if (!is_meant(variable("FAILING_DISK_COMMAND"))) return nullptr;
@@ -123,7 +123,7 @@ Function* next(const char* name) {
   return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
 }
 
-// True: errno says why the change is refused.
+// True: errno gives the reason for the refusal.
 bool refused(const char* operation, const std::string& path, bool takes_room) {
   if (judge(operation, path, takes_room) != Verdict::fail) return false;
   errno = ENOSPC;

@@ -1,4 +1,4 @@
-// Boxes that fall onto one place, and a director that measures their pile.
+// Boxes that fall onto one spot, and a director that measures their pile.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace pilesim {
 
-// Ground 0 and boxes of 0.2 m, one after the other onto one place.
+// Ground 0 and boxes of 0.2 m, one after the other onto one spot.
 struct BoxesOntoAPile : SmallModel {
   explicit BoxesOntoAPile(int boxes, double angle_deg = 35) {
     scene.frame_rate = 60;

@@ -1,4 +1,4 @@
-// A world under a director that is made by hand: nothing moves by itself.
+// A hand-made world under a director: nothing moves by itself.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace pilesim {
 
 class ConstructedWorld final : public BodyControl {
  public:
-  // Bodies lie still where the model has them.
+  // Bodies are at rest in the poses of the model.
   explicit ConstructedWorld(const SmallModel& small) : small_(small) {
     for (const ModelBody& body : small.model.bodies) {
       motions.push_back(
@@ -34,7 +34,7 @@ class ConstructedWorld final : public BodyControl {
     }
   }
 
-  // Directs so many steps.
+  // Directs this many steps.
   void step(StepDirector& director, int steps) {
     for (int i = 0; i < steps; ++i) {
       director.direct(*this);

@@ -7,7 +7,7 @@
 
 namespace pilesim::test {
 
-// The hull of some points, and all within a radius of it.
+// The hull of some points, expanded by a radius.
 class PointHull final : public ConvexBody {
  public:
   explicit PointHull(std::vector<Vec3> points, double radius_m = 0)
@@ -24,8 +24,8 @@ class PointHull final : public ConvexBody {
   std::vector<Vec3> points_;
 };
 
-// A disc of the plane through `centre` across `axis` (unit), moved along it by +-half_height: a
-// cylinder.
+// A disc in the plane through `centre` perpendicular to `axis` (unit), extruded along it by
+// +-half_height: a cylinder.
 class Drum final : public ConvexBody {
  public:
   Drum(const Vec3& centre, const Vec3& axis, double radius, double half_height)

@@ -1,4 +1,4 @@
-// Clean meshes, and what becomes of them on the way through other programs.
+// Clean meshes, and the damage that other programs do to them.
 #pragma once
 
 #include <functional>
@@ -25,7 +25,7 @@ inline std::vector<NamedMesh> clean_meshes() {
           {"ball", sphere_mesh(1.0, 4)}};
 }
 
-// A ball half in and half out of the surface, at its first triangle.
+// A ball half inside the surface, at its first triangle.
 inline TriangleMesh ball_on_surface(const TriangleMesh& mesh) {
   const double radius = 0.12 * mesh.bounds().diagonal().norm();
   const Triangle& t = mesh.triangles.front();
@@ -35,7 +35,7 @@ inline TriangleMesh ball_on_surface(const TriangleMesh& mesh) {
 
 struct Dirt {
   std::string name;
-  // Of a clean mesh. What it encloses stays, but for what `adds` says.
+  // From a clean mesh. The enclosed volume stays the same, except for `adds`.
   std::function<TriangleMesh(TriangleMesh, Philox&)> make;
   std::function<TriangleMesh(const TriangleMesh&)> adds;  // empty: nothing
 };
@@ -57,7 +57,7 @@ inline std::vector<Dirt> kinds_of_dirt() {
   return {
       {"holes",
        [](Mesh mesh, Philox& random) {
-         // Single triangles of a mesh that is fine enough for them to be small.
+         // Removes single triangles of a mesh fine enough for them to be small.
          for (size_t i = 0; i < 5 && mesh.triangles.size() > 400; ++i) {
            const uint32_t at = random.index(static_cast<uint32_t>(mesh.triangles.size()));
            mesh.triangles.erase(mesh.triangles.begin() + at);
@@ -130,7 +130,7 @@ inline std::vector<Dirt> kinds_of_dirt() {
        ball_on_surface},
       {"a piece inside",
        [](Mesh mesh, Philox&) {
-         // Inside of the tube of the torus, and of all others.
+         // Inside the tube of the torus, and inside all others.
          const Triangle& t = mesh.triangles.front();
          const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
          const Vec3 normal = (b - a).cross(c - a).normalized();

@@ -1,5 +1,5 @@
-// Bodies on contacts at random, many of them degenerate, and a check of verdicts that trusts
-// nothing the solver computed: in long double, from the contacts as they were given.
+// Random bodies on contacts, many of them degenerate, and an independent check of verdicts in long
+// double, from the given contacts.
 #pragma once
 
 #include <algorithm>
@@ -19,9 +19,9 @@ struct EquilibriumInstance {
   std::vector<SupportPoint> contacts;
 };
 
-// Kinds: 0 free points on a ball; 1 all on the lower side, nearly level; 2 in a line; 3 some twice;
-// 4 nearly parallel normals; 5 without friction; 6 a box lying flat; 7 one to three contacts;
-// 8 a squeezed body; 9 sizes of beads to houses.
+// Kinds: 0 free points on a ball; 1 all on the lower side, nearly level; 2 in a line; 3 some
+// duplicated; 4 nearly parallel normals; 5 without friction; 6 a flat box; 7 one to three contacts;
+// 8 a squeezed body; 9 sizes from beads to houses.
 inline EquilibriumInstance random_instance(uint64_t index) {
   Philox random(7, Stream::test, index);
   const int kind = static_cast<int>(index % 10);
@@ -49,7 +49,7 @@ inline EquilibriumInstance random_instance(uint64_t index) {
   return instance;
 }
 
-// Fault of a verdict on exact cones. Empty: the verdict is proved to `slack`.
+// The error in a verdict on exact cones. Empty: the verdict is proved to `slack`.
 inline std::string find_fault(const EquilibriumInstance& instance,
                               const EquilibriumVerdict& verdict,
                               std::span<const ContactForce> forces, double tolerance = 1e-3,
@@ -79,7 +79,7 @@ inline std::string find_fault(const EquilibriumInstance& instance,
   const Real push = verdict.push.cast<long double>() / verdict.unbalanced;
   const Real turn = verdict.turn.cast<long double>() / verdict.unbalanced;
   // Gravity's power in the motion is the least distance from balance of any forces that the motion
-  // need not fight against.
+  // does not work against.
   if (-push.y() < tolerance - 1e-6L) return "gravity does not drive it";
   for (const SupportPoint& contact : instance.contacts) {
     const Real motion = push + turn.cross(arm_of(contact));

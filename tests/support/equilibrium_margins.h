@@ -1,4 +1,4 @@
-// How near to its limit a body stands, by its equilibrium.
+// The margins by which a body stands, from its equilibrium.
 #pragma once
 
 #include <cmath>
@@ -18,8 +18,8 @@ double border(double low, double high, const auto& test) {
   return high;
 }
 
-// The smallest coefficient that, at every contact, lets the body stand, to 1e-6 of its friction
-// angle; infinity if 100 is not enough.
+// The smallest coefficient at every contact with which the body stands, to 1e-6 of its friction
+// angle; infinity if 100 is too small.
 inline double smallest_friction(EquilibriumSolver& solver, double radius_m,
                                 std::vector<SupportPoint> contacts,
                                 const Vec3& up = Vec3::UnitY()) {
@@ -33,9 +33,9 @@ inline double smallest_friction(EquilibriumSolver& solver, double radius_m,
   return stands(most) ? std::tan(border(0, most, stands)) : std::numeric_limits<double>::infinity();
 }
 
-// The angle in radians, to 1e-6, by which gravity can be tilted before the solver's body moves, the
-// least over 32 directions around (0.5 % too large for a footprint that lies between two of them);
-// 0 if it does not stand, pi / 2 at most.
+// The least angle over 32 directions, in radians and to 1e-6, by which gravity can be tilted before
+// the solver's body moves. It is 0.5 % too large for a footprint between two directions; 0 if the
+// body does not stand, at most pi / 2.
 inline double tilt_margin(EquilibriumSolver& solver) {
   if (!solver.solve().stable) return 0;
   constexpr int kDirections = 32;
@@ -46,7 +46,8 @@ inline double tilt_margin(EquilibriumSolver& solver) {
     const auto falls = [&](double angle) {
       return !solver.solve(std::cos(angle) * Vec3::UnitY() + std::sin(angle) * side).stable;
     };
-    // Directions in which it stands are convex: what stands at the margin stands within it.
+    // The directions in which it stands are convex: a body that stands at the margin stands within
+    // it.
     if (falls(margin)) margin = border(0, margin, falls);
   }
   return margin;

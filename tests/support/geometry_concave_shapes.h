@@ -1,4 +1,4 @@
-// Concave meshes that the tests of decomposition and clipping share.
+// Concave meshes for tests of decomposition and clipping.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,8 @@
 
 namespace pilesim::test {
 
-// A prism along z, from 0 to `height`, over a counter-clockwise polygon that its first vertex sees
-// as a whole.
+// A prism along z, from 0 to `height`, over a counter-clockwise polygon that is star-shaped about
+// its first vertex.
 inline TriangleMesh prism_mesh(const std::vector<std::pair<double, double>>& polygon,
                                double height) {
   const auto count = static_cast<uint32_t>(polygon.size());
@@ -35,7 +35,7 @@ inline TriangleMesh l_shape_mesh() {
   return prism_mesh({{1, 1}, {1, 2}, {0, 2}, {0, 0}, {2, 0}, {2, 1}}, 1.0);
 }
 
-// A sphere of radius near 1 with bumps and hollows, without symmetry.
+// A sphere of radius about 1 with bumps and dents, without symmetry.
 inline TriangleMesh blob_mesh(int subdivisions = 3) {
   TriangleMesh mesh = sphere_mesh(1.0, subdivisions);
   for (Vec3& v : mesh.vertices) {

@@ -1,5 +1,4 @@
-// Radial profiles of packed beds that were measured of real ones, read off printed figures (to
-// 0.005 across, 0.01 up).
+// Measured radial profiles of packed beds, read from printed figures (to 0.005 across, 0.01 up).
 #pragma once
 
 #include <algorithm>
@@ -12,17 +11,17 @@ namespace pilesim {
 struct MeasuredProfile {
   struct Point {
     double from_wall;  // in `unit`
-    double filled;     // share of the ring
+    double filled;     // solid share of the ring
   };
   double unit = 0;  // diameters of the body
-  double tube = 0;  // its diameter, in diameters of the body; 0: not said
+  double tube = 0;  // its diameter, in diameters of the body; 0: unknown
   std::vector<Point> points;
 };
 
 // Ceramic cylinders, 3.42 mm across and 3.46 mm high, in a tube of 44.5 mm, by X-ray tomography:
-// Caulkin, Jia and Xu, Ind. Eng. Chem. Res. (2008), as drawn by Farsi et al., Proc. 7th Int. Conf.
-// on Discrete Element Methods, G010111 (2016), figure 6, whose axis is in balls of the cylinder's
-// volume (3.90 mm).
+// Caulkin, Jia and Xu, Ind. Eng. Chem. Res. (2008), as plotted by Farsi et al., Proc. 7th Int.
+// Conf. on Discrete Element Methods, G010111 (2016), figure 6, whose axis is in diameters of balls
+// of the cylinder's volume (3.90 mm).
 inline MeasuredProfile measured_cylinders() {
   return {3.90 / 3.42,
           44.5 / 3.42,
@@ -36,8 +35,8 @@ inline MeasuredProfile measured_cylinders() {
            {4.3, 0.586}, {4.4, 0.586}, {4.5, 0.581}, {4.6, 0.571}, {4.7, 0.568}}};
 }
 
-// Balls by magnetic resonance: Nguyen et al., Chem. Eng. Sci. 60, 6289 (2005), as drawn by Latham
-// et al., Comput. Part. Mech. 7, 975 (2020), figure 3. The tube is wider than 8.7 balls.
+// Balls, by magnetic resonance: Nguyen et al., Chem. Eng. Sci. 60, 6289 (2005), as plotted by
+// Latham et al., Comput. Part. Mech. 7, 975 (2020), figure 3. The tube is wider than 8.7 balls.
 inline MeasuredProfile measured_spheres() {
   return {1, 0, {{0.122, 0.278}, {0.171, 0.372}, {0.208, 0.460}, {0.245, 0.530}, {0.291, 0.597},
                  {0.376, 0.672}, {0.417, 0.713}, {0.580, 0.785}, {0.774, 0.661}, {0.814, 0.619},
@@ -50,7 +49,7 @@ inline MeasuredProfile measured_spheres() {
                  {3.869, 0.662}, {3.991, 0.663}, {4.144, 0.632}, {4.347, 0.608}}};
 }
 
-// Empty where none is at hand.
+// Empty if none is available.
 inline MeasuredProfile measured_profile(std::string_view shape) {
   if (shape == "cylinder") return measured_cylinders();
   if (shape == "sphere") return measured_spheres();
@@ -58,13 +57,13 @@ inline MeasuredProfile measured_profile(std::string_view shape) {
 }
 
 struct ProfileDifference {
-  double mean = 0, size = 0;  // ours less measured: its mean, and the mean of its absolute value
+  double mean = 0, size = 0;  // simulated minus measured: the mean, and the mean absolute value
   double reach = 0;           // from the wall, diameters of the body
   int points = 0;
 };
 
-// Profile of porosities in rings of one width (diameters of the body) from the wall inwards, as far
-// as `reach`, between the rings' middles.
+// Compares a profile of porosities in rings of equal width (diameters of the body) from the wall
+// inwards, up to `reach`, interpolated between the rings' middles.
 inline ProfileDifference difference(const MeasuredProfile& measured,
                                     const std::vector<double>& porosity, double ring,
                                     double reach) {

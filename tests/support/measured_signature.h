@@ -1,4 +1,4 @@
-// Signatures as benchmarks need them: measured by the defaults, without a report of their accuracy.
+// Signatures for benchmarks: measured with the defaults, without an accuracy report.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace pilesim {
 
-// `options`: of mesh, material and drops; the rest is set here.
+// `options`: mesh, material and drops; all other members are set here.
 inline void measure_signature(SignatureOptions options, const std::filesystem::path& file) {
   options.sampling = default_sampling(options.layout);
   options.accuracy.reset();

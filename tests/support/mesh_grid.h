@@ -1,4 +1,4 @@
-// Surfaces of small triangles, to be bent into grounds.
+// Surfaces of small triangles, which tests bend into grounds.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace pilesim {
 
-// A rectangle of `cells` x `cells` squares, each of two triangles, from a corner along two edges;
+// A rectangle of `cells` x `cells` squares, two triangles each, from a corner along two edges;
 // outward is u x v.
 inline void add_mesh_grid(const Vec3& corner, const Vec3& u, const Vec3& v, uint32_t cells,
                           TriangleMesh& mesh) {

@@ -1,4 +1,4 @@
-// Small scenes in the mixed mode, of boxes that are particles at a distance: no signatures.
+// Small scenes in the mixed mode, with boxes that are particles at a distance: no signatures.
 #pragma once
 
 #include <string>
@@ -24,7 +24,7 @@ class MixedScene : public SceneRun {
     scene_.shapes["slab"] = BoxShape{{4, 0.4, 4}};
   }
 
-  // One level, where pairs near must-impulse bodies are treated by `near` and others as particles.
+  // One level: pairs near must-impulse bodies use `near`, others are particles.
   void use_level(PairMethod near) {
     scene_.simulator.detail.levels = {
         {.near_near = near, .near_far = PairMethod::particle, .far_far = PairMethod::particle}};

@@ -1,5 +1,5 @@
-// Bodies of beds whose packings are known from experiments, and the cups they lie in. Polygons that
-// stand for circles have the circle's area.
+// Bodies of beds with experimentally known packings, and their cups. Polygons that replace circles
+// have the circle's area.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// The regular polyhedron of 4, 6, 8, 12 or 20 faces, of volume 1, about the origin.
+// The regular polyhedron with 4, 6, 8, 12 or 20 faces and volume 1, about the origin.
 inline TriangleMesh platonic_solid(int faces) {
   const double golden = (1 + std::sqrt(5.0)) / 2;
   std::vector<Vec3> corners;
@@ -57,12 +57,12 @@ inline double corner_radius(double circle_radius, int sides) {
   return circle_radius * std::sqrt(2 * kPi / (sides * std::sin(2 * kPi / sides)));
 }
 
-// A solid of revolution about y with flat sides: `profile` is a closed polygon of (radius, y),
-// counter-clockwise with the radius to the right and y upwards. Points on the axis (radius 0) are
-// one vertex.
+// A solid of revolution about y with flat sides. `profile` is a closed polygon of (radius, y),
+// counter-clockwise with the radius to the right and y upwards. Points on the axis (radius 0)
+// become one vertex.
 inline TriangleMesh turned_solid(const std::vector<std::array<double, 2>>& profile, int sides) {
   TriangleMesh mesh;
-  std::vector<uint32_t> first;  // vertex of each point of the profile
+  std::vector<uint32_t> first;  // first vertex of each point of the profile
   for (const auto& [radius, y] : profile) {
     first.push_back(static_cast<uint32_t>(mesh.vertices.size()));
     const double corner = corner_radius(radius, sides);
@@ -86,7 +86,7 @@ inline TriangleMesh turned_solid(const std::vector<std::array<double, 2>>& profi
   return mesh;
 }
 
-// Full height; `inner_radius` 0: a solid cylinder.
+// Full height; `inner_radius` 0 gives a solid cylinder.
 inline TriangleMesh ring_mesh(double radius, double inner_radius, double height, int sides) {
   const double h = height / 2;
   if (inner_radius > 0) {
@@ -95,7 +95,7 @@ inline TriangleMesh ring_mesh(double radius, double inner_radius, double height,
   return turned_solid({{0, -h}, {radius, -h}, {radius, h}, {0, h}}, sides);
 }
 
-// A cup whose floor is y = 0, open at the top.
+// A cup with its floor at y = 0, open at the top.
 inline TriangleMesh cup_mesh(double inner_radius, double height, double wall, int sides) {
   return turned_solid({{0, -wall},
                        {inner_radius + wall, -wall},

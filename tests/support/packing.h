@@ -1,5 +1,5 @@
-// How much of a space bodies fill, by points that are tried against their convex collision pieces:
-// exact shapes, sampled volumes. Nothing of an engine has a part in it.
+// The share of a space that bodies fill, from sample points tested against their convex collision
+// pieces: exact shapes, sampled volumes. Independent of engines.
 #pragma once
 
 #include <algorithm>
@@ -22,15 +22,15 @@ struct Column {
 };
 
 struct Fill {
-  // The bodies' volumes in the column over its volume: what a balance tells. What two bodies share
-  // counts twice.
+  // The bodies' volumes in the column over its volume, as a balance would measure it. Overlaps
+  // count twice.
   double by_volume = 0;
-  double covered = 0;         // share of the column that lies within any body
-  double standard_error = 0;  // of both, as if points were drawn at random; they lie more evenly
+  double covered = 0;         // share of the column inside any body
+  double standard_error = 0;  // of both, as for random points; these points are more even
 };
 
 // The n-th of points that fill the unit cube evenly (Halton 1960, bases 2, 3 and 5). Multiples of
-// irrational numbers, which are quicker, were out by 0.006 for a sphere on the axis of a column.
+// irrational numbers are faster, but had errors of 0.006 for a sphere on the axis of a column.
 inline Vec3 even_point(uint64_t n) {
   const auto mirrored = [n](uint64_t base) {
     double digit = 1, x = 0;
@@ -45,8 +45,8 @@ inline Vec3 even_point(uint64_t n) {
 
 class PackedBodies {
  public:
-  // The dynamic bodies of `model` that are present, by their poses of the body frame; arrays over
-  // all bodies of the model. Shapes with pieces only. `model` must outlive it.
+  // The dynamic bodies of `model` that are present, in these poses of their body frames; arrays
+  // over all bodies of the model. Only shapes with pieces. `model` must outlive it.
   PackedBodies(const Model& model, const std::vector<Vec3>& position,
                const std::vector<Quat>& orientation, const std::vector<uint8_t>& flags)
       : model_(model) {
@@ -72,7 +72,7 @@ class PackedBodies {
     return sum;
   }
 
-  // How many bodies hold the point.
+  // Number of bodies that contain the point.
   uint32_t bodies_at(const Vec3& point) const {
     if (bodies_.empty()) return 0;
     std::array<int64_t, 3> cell;
@@ -177,13 +177,14 @@ class PackedBodies {
   double cell_m_ = 0;
   Vec3 origin_ = Vec3::Zero();
   std::array<int64_t, 3> count_{};
-  std::vector<std::vector<uint32_t>> cells_;  // bodies whose balls reach into each
+  std::vector<std::vector<uint32_t>> cells_;  // bodies whose bounding spheres reach into each cell
 };
 
-// By `points` points in the ring between two radii of a column, even over its volume.
+// With `points` points in the ring between two radii of a column, uniform over its volume.
 inline Fill fill_of_ring(const PackedBodies& packing, double inner_m, const Column& column,
                          uint64_t points) {
-  std::atomic<uint64_t> held = 0, covered = 0;  // whole numbers: their order does not matter
+  // Integers: the order of their addition does not matter.
+  std::atomic<uint64_t> held = 0, covered = 0;
   parallel_for(points, 4096, [&](size_t begin, size_t end) {
     uint64_t sum = 0, any = 0;
     for (size_t i = begin; i < end; ++i) {
@@ -212,7 +213,7 @@ inline Fill fill_of(const PackedBodies& packing, const Column& column, uint64_t 
   return fill_of_ring(packing, 0, column, points);
 }
 
-// The share of a column that is empty, in `bins` rings of equal width from its wall inwards.
+// The empty share of a column in `bins` rings of equal width, from its wall inwards.
 inline std::vector<double> porosity_from_wall(const PackedBodies& packing, const Column& column,
                                               int bins, uint64_t points_a_bin) {
   std::vector<double> porosity;
@@ -225,7 +226,7 @@ inline std::vector<double> porosity_from_wall(const PackedBodies& packing, const
   return porosity;
 }
 
-// A bed that stands on y = `floor_m` is about twice as high as its bodies' mean centre, m.
+// A bed on y = `floor_m` is about twice as high as its bodies' mean centre, m.
 inline double bed_height_m(const PackedBodies& packing, double floor_m) {
   double sum = 0;
   for (size_t i = 0; i < packing.size(); ++i) sum += packing.position(i).y() - floor_m;

@@ -6,10 +6,10 @@
 namespace pilesim {
 namespace {
 
-// A motion is no longer resisted when the most power of a contact is below this share of its size.
+// A motion counts as unresisted if the largest power of a contact is below this share of its size.
 constexpr double kNoPower = 1e-6;
 
-// Sweeps between two looks at whether it is done.
+// Iterations between two checks for convergence.
 constexpr int kLook = 20;
 
 // The nearest point of the cone |tangential| <= mu normal.
@@ -32,8 +32,8 @@ class Problem {
       ++count[contact.a];
       ++count[contact.b];
     }
-    // With this scale of the forces the squares' largest curvature is 1 at most: of a body the
-    // square of a sum is no more than its terms times the sum of the squares.
+    // With this scale of the forces the largest curvature is at most 1: for a body the square of a
+    // sum is at most its number of terms times the sum of the squares.
     for (const PileContact& contact : contacts) {
       double curvature = 0;
       for (const uint32_t i : {contact.a, contact.b}) {
@@ -47,7 +47,7 @@ class Problem {
 
   double scale(size_t contact) const { return scale_[contact]; }
 
-  // push and turn of every body under `scaled` forces and gravity.
+  // push and turn of every body from `scaled` forces and gravity.
   void leave(const std::vector<Vec3>& scaled) {
     for (size_t i = 0; i < bodies_.size(); ++i) {
       push[i] = bodies_[i].mass_kg > 0 ? Vec3(-up_) : Vec3::Zero();
@@ -60,7 +60,7 @@ class Problem {
     }
   }
 
-  // Of the bodies at contact c: the gradient of half the squares by its scaled force.
+  // From the bodies at contact c: the gradient of half the squares by its scaled force.
   Vec3 gradient(size_t c) const {
     const PileContact& contact = contacts_[c];
     return scale_[c] * (motion(contact.a, contact.position) - motion(contact.b, contact.position));
@@ -117,7 +117,7 @@ PileVerdict analyse_pile(std::span<const PileBody> bodies, std::span<const PileC
   const size_t count = contacts.size();
   std::vector<Vec3> force(count, Vec3::Zero()), ahead = force;
   PileVerdict verdict;
-  // What a stable pile can leave over in all.
+  // The largest total residual of a stable pile.
   const double enough = settings.tolerance * std::sqrt(static_cast<double>(bodies.size()));
   double momentum = 1;
   for (;; ++verdict.sweeps) {
@@ -133,7 +133,7 @@ PileVerdict analyse_pile(std::span<const PileBody> bodies, std::span<const PileC
         power = std::max(power, contacts[c].friction * across - along);
       }
       verdict.resistance = size > 0 ? power / size : 0;
-      // No forces leave less over, in all, than gravity's share of such a motion.
+      // No forces leave a smaller total residual than gravity's share of such a motion.
       const bool falls = verdict.resistance <= kNoPower && problem.drive() > enough * size;
       if (verdict.unbalanced <= settings.tolerance) {
         verdict.kind = PileVerdict::Kind::stable;
@@ -154,7 +154,7 @@ PileVerdict analyse_pile(std::span<const PileBody> bodies, std::span<const PileC
       force[c] = stepped;
       ahead[c] = stepped + (momentum - 1) / next * way;
     }
-    // Where the momentum carries uphill it starts again (O'Donoghue and Candes 2015).
+    // The momentum restarts where it leads uphill (O'Donoghue and Candes 2015).
     momentum = next;
     if (uphill > 0) {
       momentum = 1;

@@ -1,7 +1,7 @@
-// Can a whole pile stand? The contact forces of all bodies at once, each on both its bodies
-// (Whiting 2012; dissertation 2.25 to 2.28 with exact cones). What the local rule (equilibrium.h)
-// calls stable may still fall as a whole; what stands as a whole is locally stable with all its
-// contacts, because the forces are the same.
+// Can a whole pile stand? Solves for the contact forces of all bodies at once, each on both its
+// bodies (Whiting 2012; dissertation 2.25 to 2.28 with exact cones). A pile that the local rule
+// (equilibrium.h) calls stable may still fall as a whole. A pile that stands as a whole is locally
+// stable at all its contacts, since the forces are the same.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct PileContact {
 };
 
 struct PileEquilibriumSettings {
-  double tolerance = 1e-3;  // of a body's unbalanced rest, in its weight
+  double tolerance = 1e-3;  // of a body's residual, in its weight
   int most_sweeps = 20000;
 };
 
@@ -36,15 +36,16 @@ struct PileVerdict {
     unstable,   // `push` and `turn` are a motion that gravity drives and no contact resists
     undecided,  // neither was reached
   } kind = Kind::undecided;
-  double unbalanced = 0;  // the largest of a body's, in its weight
-  double resistance = 0;  // as in EquilibriumVerdict, over all contacts, of the motion by its size
+  double unbalanced = 0;  // largest of any body, in its weight
+  // As in EquilibriumVerdict, over all contacts, relative to the size of the motion.
+  double resistance = 0;
   int sweeps = 0;
-  std::vector<Vec3> force;       // (contacts) N over g, onto a, world frame
-  std::vector<Vec3> push, turn;  // (bodies) left over: force / (m g), torque / (m g r)
+  std::vector<Vec3> force;       // (contacts) N over g, on a, world frame
+  std::vector<Vec3> push, turn;  // (bodies) residual: force / (m g), torque / (m g r)
 };
 
-// Accelerated projected gradients on the sum of squares of what is left over, in g: the least
-// constraint that Gauss's principle asks for, with r for the radius of gyration.
+// Accelerated projected gradients on the sum of squared residuals, in g: the least constraint of
+// Gauss's principle, with r as the radius of gyration.
 PileVerdict analyse_pile(std::span<const PileBody> bodies, std::span<const PileContact> contacts,
                          const Vec3& up, const PileEquilibriumSettings& settings = {});
 

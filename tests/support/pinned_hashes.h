@@ -1,4 +1,4 @@
-// Hashes that results must have, in a file of lines "name hash"; '#' begins a comment line.
+// Pinned hashes of results, in a file of lines "name hash"; '#' starts a comment line.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -32,8 +32,8 @@ class PinnedHashes {
 
   const std::map<std::string, std::string>& hashes() const { return hashes_; }
 
-  // Fails with the line to pin, or pins it where PILESIM_PIN_HASHES is in the environment. What is
-  // asked for again must be the same even then.
+  // Fails with the line to pin, or pins it if PILESIM_PIN_HASHES is in the environment. A repeated
+  // request must give the same hash even then.
   void expect(const std::string& name, const std::string& hash) {
     const bool is_first = seen_.insert(name).second;
     std::string& pinned = hashes_[name];

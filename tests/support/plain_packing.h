@@ -1,4 +1,4 @@
-// A packing without pouring, for tests of what is no pile: by geometry, as that of particles.
+// A packing by geometry alone, as for particles, for tests without piles.
 #pragma once
 
 #include <algorithm>

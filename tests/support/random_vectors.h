@@ -1,6 +1,6 @@
-// Vectors of several random numbers. The order in which arguments and operands are evaluated is the
-// compiler's: draws stand in braces or in statements of their own, so that every build tries the
-// same.
+// Vectors of several random numbers. The compiler chooses the order in which arguments and operands
+// are evaluated, so draws are in braces or separate statements: every build then tests the same
+// numbers.
 #pragma once
 
 #include "core/philox.h"

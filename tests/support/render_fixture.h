@@ -1,4 +1,4 @@
-// Trajectories to draw: bodies of a few simple shapes on a plane, in a store of the test's own.
+// Trajectories for pictures: bodies of a few simple shapes on a plane, in the test's own store.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A room that is a box with its faces outward.
+// A room: a box with its faces outward.
 #pragma once
 
 #include <utility>
@@ -8,7 +8,8 @@
 
 namespace pilesim {
 
-// A box of 4 x 3 x 4 m that collides as its triangles, low side at 0, and a cube of 0.2 m.
+// A box of 4 x 3 x 4 m with its triangles as collision shape and its low side at 0, and a cube of
+// 0.2 m.
 struct Room : SmallModel {
   explicit Room(const Vec3& cube_at, bool is_inward = false) {
     const uint32_t stone = material(0, 0.5), walls = box({4, 3, 4});

@@ -1,4 +1,4 @@
-// A directory of a test's own, removed with it.
+// A temporary directory for a test, removed at its end.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Bodies and an independent, slow double-precision flight that several signature tests share.
+// Bodies and an independent, slow double-precision flight for signature tests.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ inline ContactBody random_body(Philox& random, int points) {
   return make_contact_body(convex_hull(cloud), "random hull");
 }
 
-// With the body at `orientation` (body frame to world) and the spin given in the world.
+// With the body at `orientation` (body frame to world), and the spin in the world frame.
 inline Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& world_spin,
                           double height) {
   const Quat to_body = orientation.conjugate();
@@ -40,7 +40,7 @@ inline Flight make_flight(const Quat& orientation, const Vec3& velocity, const V
 // One flight to its next end.
 struct FlightResult {
   FlightEnd end;
-  uint32_t vertex = 0;  // unless gone
+  uint32_t vertex = 0;  // undefined if gone
   Flight flight;        // at that moment
 };
 inline FlightResult fly_one(const ContactBody& body, const Flight& start) {
@@ -70,7 +70,7 @@ inline Flight random_flight(const ContactBody& body, Philox& random, double most
 }
 
 // Torque-free motion by the classical Runge-Kutta method with small steps, in plain formulas of the
-// rotation matrix and the angular momentum in the world.
+// rotation matrix and the world's angular momentum.
 class SlowFlight {
  public:
   SlowFlight(const ContactBody& body, const Flight& start)
@@ -103,7 +103,7 @@ class SlowFlight {
     height_ += dt * rise_;
   }
 
-  // The height of the lowest vertex over the plane.
+  // Height of the lowest vertex over the plane.
   double gap() const {
     double lowest = 1e300;
     for (const Vec3& v : body_.vertices) lowest = std::min(lowest, rotation_.row(1).dot(v));

@@ -1,4 +1,4 @@
-// A disk that fills up, to test with for real.
+// A real disk that fills up.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,8 +21,8 @@ struct SmallDisk {
   std::function<void()> make_room;
 };
 
-// Runs `scenario` in a child process where writing more than `bytes` under the given directory
-// fails: a tmpfs of that size in a mount namespace of the child's own, or, where mounting is not
+// Runs `scenario` in a child process in which writing more than `bytes` under the given directory
+// fails. It uses a tmpfs of that size in the child's own mount namespace or, where mounting is not
 // allowed, a limit on the size of every file. Expectations of the scenario count for this test.
 inline void on_a_small_disk(size_t bytes, const std::function<void(const SmallDisk&)>& scenario) {
   std::string pattern = (std::filesystem::temp_directory_path() / "small_disk.XXXXXX").string();
@@ -68,7 +68,7 @@ inline void on_a_small_disk(size_t bytes, const std::function<void(const SmallDi
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
 }
 
-// Files left behind by writes that failed.
+// Files left behind by failed writes.
 inline size_t count_temporary_files(const std::filesystem::path& directory) {
   size_t count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(directory)) {

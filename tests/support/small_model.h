@@ -1,4 +1,4 @@
-// Models made by hand, for tests of simulators: no files, no loader.
+// Hand-made models for tests of simulators: no files, no loader.
 #pragma once
 
 #include <algorithm>
@@ -63,7 +63,7 @@ struct SmallModel {
     return add(std::move(shape));
   }
 
-  // The hull of `points`, its centre of mass in the origin.
+  // The hull of `points`, with its centre of mass at the origin.
   uint32_t hull(const std::vector<Vec3>& points) {
     ModelShape shape;
     shape.name = "hull";
@@ -97,7 +97,7 @@ struct SmallModel {
     return model.bodies.back();
   }
 
-  // All bodies as they are given, present and at rest.
+  // All bodies as given, present and at rest.
   BodyStates states() const {
     BodyStates states;
     for (const ModelBody& body : model.bodies) {

@@ -1,6 +1,5 @@
-// A preset of which a few seconds of one processor are enough: fewer bodies, in less time. By one
-// rule for all, so that a new preset needs nothing here; what it makes are overrides of the scene,
-// as --set takes them.
+// A preset reduced to a few seconds of one processor: fewer bodies, less time. One rule serves all,
+// so that a new preset needs nothing here. Its results are overrides of the scene, as for --set.
 #pragma once
 
 #include <algorithm>
@@ -18,13 +17,13 @@ namespace pilesim::test {
 
 using PresetJson = nlohmann::ordered_json;
 
-// Size that the rule gives a preset.
+// The size that the rule gives a preset.
 struct PresetSize {
-  size_t bodies = 24;      // of all emitters together, and as many of its own
-  double simulated_s = 1;  // of half the run
-  size_t spheres = 1600;   // instead of `bodies` where all are spheres: enough for several threads
-  int most_pieces = 4;     // of a decomposition
-  bool as_hulls = false;   // meshes whose wraps take long to make
+  size_t bodies = 24;        // of all emitters together, and as many bodies of the scene
+  double simulated_s = 1;    // of half the run
+  size_t spheres = 1600;     // replaces `bodies` if all are spheres: enough for several threads
+  int most_pieces = 4;       // of a decomposition
+  bool as_hulls = false;     // for meshes that are slow to wrap
   size_t fewest_frames = 4;  // of half the run
 };
 
@@ -34,7 +33,7 @@ struct SmallPreset {
   bool is_directed = false;
 };
 
-// `count` of a grid: one less of its largest dimension until it is few enough.
+// `count` of a grid: decrements its largest dimension until there are few enough.
 inline std::array<size_t, 3> fewer(std::array<size_t, 3> count, size_t most) {
   while (count[0] * count[1] * count[2] > most) --*std::ranges::max_element(count);
   return count;
@@ -67,7 +66,7 @@ class PresetShrinker {
     preset_.overrides.push_back(pointer + "=" + value.dump());
   }
 
-  // The first ones stay, and all that do not move freely.
+  // Keeps the first ones, and all that do not move freely.
   void drop_bodies() {
     PresetJson kept = PresetJson::array();
     size_t dynamic = 0;
@@ -83,7 +82,7 @@ class PresetShrinker {
     set("/bodies", kept);
   }
 
-  // Each takes as large a part of the time as it did.
+  // Each keeps its share of the total time.
   void shrink_emitters() {
     const PresetJson emitters = list("emitters");
     const size_t most = std::max<size_t>(2, most_ / std::max<size_t>(1, emitters.size()));
@@ -149,7 +148,7 @@ class PresetShrinker {
   PresetJson scene_;
   PresetSize size_;
   size_t most_ = 0;             // bodies of all emitters
-  double faster_ = 1;           // so many times
+  double faster_ = 1;           // by this factor
   std::set<std::string> gone_;  // names of bodies
   SmallPreset preset_;
 };

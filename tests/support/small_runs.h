@@ -1,4 +1,4 @@
-// Runs of all modes and directors that are small enough to be done many times.
+// Runs of all modes and directors, small enough to be repeated often.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -110,7 +110,7 @@ inline std::vector<std::byte> saved(const Simulator& simulator) {
   return {writer.bytes().begin(), writer.bytes().end()};
 }
 
-// Figures that go into reports, without times.
+// Figures of reports, without times.
 inline std::vector<double> figures_of(const FrameStatistics& s) {
   return {static_cast<double>(s.steps),
           static_cast<double>(s.bodies_present),
@@ -157,8 +157,7 @@ struct RunningRun {
   std::unique_ptr<Simulator> simulator;
 };
 
-// With a directory of their own, and no decompositions that an earlier run, perhaps of other code,
-// left.
+// With their own cache directory, so that no decompositions of earlier code are used.
 class SmallRuns : public testing::Test {
  protected:
   SmallRuns() { setenv("XDG_CACHE_HOME", directory_.path().c_str(), 1); }
@@ -173,7 +172,7 @@ class SmallRuns : public testing::Test {
     write_signature(signature, file);
     return file.string();
   }
-  // Its own, and the signature that it needs.
+  // The run's overrides, and the signature that it needs.
   std::vector<std::string> overrides_of(const SmallRun& run) {
     std::vector<std::string> overrides = run.overrides;
     if (run.signature != Measured::no) {

@@ -1,5 +1,5 @@
-// Solids of many proportions, to judge what was measured of none of them. About the origin, the
-// ball that holds each has radius 1.
+// Solids of many proportions, none of which was used for tuning. The bounding radius about the
+// origin is 1.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct NamedSolid {
   TriangleMesh mesh;
 };
 
-// A polygon of the plane, counter-clockwise and star-shaped about the origin, as thick as `height`.
+// A polygon, counter-clockwise and star-shaped about the origin, with thickness `height`.
 inline TriangleMesh prism_of(const std::vector<std::array<double, 2>>& polygon, double height) {
   TriangleMesh mesh;
   const auto count = static_cast<uint32_t>(polygon.size());
@@ -74,7 +74,7 @@ inline TriangleMesh bowl_mesh(double wall, int sides) {
   return turned_solid(profile, sides);
 }
 
-// About its centre of mass, so large that a ball of radius 1 holds it.
+// About its centre of mass, with bounding radius 1.
 inline TriangleMesh of_radius_1(TriangleMesh mesh) {
   const Vec3 centre = mass_properties(mesh).centre_of_mass;
   double radius = 0;

@@ -1,4 +1,4 @@
-// Scenes in the statistical mode, with signatures that are measured on the spot.
+// Scenes in the statistical mode, with signatures measured by the test.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@
 
 namespace pilesim::test {
 
-// Each in a directory of its own, which it removes.
+// Each has its own directory and removes it.
 class StatisticalScene : public SceneRun {
  protected:
   static constexpr double kRestitution = 0.3, kFriction = 0.5;
@@ -47,7 +47,7 @@ class StatisticalScene : public SceneRun {
     scene_.shapes[name] = shape;
   }
 
-  // Changes what the signature of a shape says of how it packs.
+  // Changes the packing in the signature of a shape.
   void change_packing(const std::string& shape, const std::function<void(Packing&)>& change) {
     const auto& file = *std::get<MeshShape>(scene_.shapes.at(shape)).signature;
     Signature signature = read_signature(file);

@@ -1,4 +1,4 @@
-// The error that something throws.
+// The error thrown by an action.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 namespace pilesim::test {
 
-// Its text. The test fails where `action` throws none, or one of another kind.
+// Its text. The test fails if `action` throws none, or one of another kind.
 template <class Action>
 std::string error_text(const Action& action, ErrorKind kind) {
   try {

@@ -1,5 +1,5 @@
-// Trajectories to test with: every number in them is a function of (seed, frame, body), so that a
-// reader can be checked without keeping what was written.
+// Trajectories for tests: every number is a function of (seed, frame, body), so that readers can be
+// checked without storing the input.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ inline TrajectoryHeader make_header(size_t bodies) {
   return header;
 }
 
-// Positions are such that nothing of them is rounded.
+// Positions are chosen so that none is rounded.
 inline TrajectoryFrame make_frame(size_t bodies, uint64_t index, uint64_t seed = 1) {
   TrajectoryFrame frame;
   for (size_t body = 0; body < bodies; ++body) {
@@ -66,7 +66,7 @@ inline bool equal(const TrajectoryFrame& a, const TrajectoryFrame& b) {
   return true;
 }
 
-// A store with frames 0 .. frames - 1 of make_frame(). `path`: it, or a directory that holds it.
+// Expects frames 0 .. frames - 1 of make_frame(). `path`: the store, or its directory.
 inline void expect_frames(const std::filesystem::path& path, size_t bodies, uint64_t frames) {
   TrajectoryReader reader(path);
   ASSERT_EQ(reader.frame_count(), frames);
