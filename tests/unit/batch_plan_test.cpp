@@ -133,7 +133,7 @@ TEST_F(BatchPlanTest, KeysChangeWithWhatAJobIsMadeOf) {
   const std::string vary = R"(, "vary": [{"set": "/duration_s", "values": [1, 2]}])";
   const auto [first, second] = keys(vary);
   EXPECT_NE(first, second);
-  EXPECT_EQ(keys(vary + R"(, "count": 3)").first, first);  // more of the same
+  EXPECT_EQ(keys(vary + R"(, "count": 3)").first, first);  // more of the same jobs
   EXPECT_EQ(keys(vary + R"(, "tries": 3, "longest_s": 5, "name": "n")").first, first);
   const auto [same, other] = keys(R"(, "vary": [{"set": "/duration_s", "values": [1, 3]}])");
   EXPECT_EQ(same, first);
@@ -168,7 +168,7 @@ TEST_F(BatchPlanTest, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/materials/elm/friction", "values": [1]}])"),
               HasSubstr("--set /materials/elm/friction=1: the scene has no material \"elm\", and "
                         "nothing would use it; expected one of \"oak\""));
-  // By the scene itself, with each value before any job is run.
+  // The scene's own checks test each value before any job runs.
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/duration_s", "values": [1, -2]}])"),
               HasSubstr("--set /duration_s=-2"));
   const std::string both =

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// What a killed process leaves behind.
+// Simulates the death of the process.
 struct Killed {};
 
 std::string word_after(const StepCommand& command, const std::string& option) {
@@ -24,12 +24,12 @@ std::string word_after(const StepCommand& command, const std::string& option) {
   return found == command.words.end() ? "" : *std::next(found);
 }
 
-// Leaves a file with what it was told but threads; ends as `end` says.
+// Writes its arguments except the thread count into a file; ends with `exit_status`.
 StepResult leave_a_file(const StepCommand& command, int exit_status = 0) {
   fs::create_directories(command.directory / "run");
   std::ofstream(command.directory / "run" / (command.words[0] + ".out"))
       << word_after(command, "--seed") << ' ' << word_after(command, "--set");
-  std::ofstream(command.directory / "run" / "timing.csv") << rand();  // as times: never the same
+  std::ofstream(command.directory / "run" / "timing.csv") << rand();  // never the same, like times
   return {.exit_status = exit_status,
           .output = "said",
           .last_words = "complained",
@@ -92,7 +92,7 @@ TEST_F(BatchRunTest, DoesEachJobOnce) {
 }
 
 TEST_F(BatchRunTest, TriesWhatFailsAGateWithOtherSeeds) {
-  // Each second seed fails: of three tries one in eight.
+  // Every second seed fails: with three tries one job in eight fails.
   std::mutex mutex;
   uint64_t tries = 0;
   const auto is_bad = [](const StepCommand& command) {
@@ -124,7 +124,7 @@ TEST_F(BatchRunTest, TriesWhatFailsAGateWithOtherSeeds) {
     }
   }
   EXPECT_EQ(recorded, tries);
-  // As it is; and again where that is asked for.
+  // First without changes, then with a forced repetition.
   const uint64_t before = tries;
   run("a", step);
   EXPECT_EQ(tries, before);
@@ -151,7 +151,7 @@ TEST_F(BatchRunTest, WhatDiedIsDoneAgainAsIfItHadNot) {
   };
   EXPECT_EQ(run("a", once).done, 20u);
   EXPECT_EQ(index("a"), index("whole"));
-  // With all tries used up, by the next run.
+  // After all tries are used up, the next run tries again.
   EXPECT_EQ(run("b", [](const StepCommand& command) { return leave_a_file(command, 6); }).died,
             20u);
   EXPECT_EQ(run("b").done, 20u);
@@ -165,7 +165,7 @@ TEST_F(BatchRunTest, EndsWithTheSameBytesHoweverOftenItIsKilled) {
   const RunStep dying = [&](const StepCommand& command) {
     StepResult result = leave_a_file(command);
     const std::lock_guard lock(mutex);
-    // After its work and before anybody knows of it, and once with half of it.
+    // After its work but before the record, and once after half the work.
     if (++steps % 3 == 0) {
       ++kills;
       if (steps % 2 == 0) fs::remove_all(command.directory / "run" / "timing.csv");
@@ -184,7 +184,7 @@ TEST_F(BatchRunTest, EndsWithTheSameBytesHoweverOftenItIsKilled) {
   EXPECT_EQ(index("killed"), index("whole"));
 }
 
-// Killed when all was done but the name of the directory.
+// Killed when only the renaming of the directory was left.
 TEST_F(BatchRunTest, WhatHasEndedIsNotTriedAgain) {
   run("a");
   const std::string whole = index("a");
@@ -227,14 +227,14 @@ TEST_F(BatchRunTest, ShardsAreTheSameJobs) {
   }
   EXPECT_EQ(collect_batch(request("shards")).done, 20u);
   EXPECT_EQ(index("shards"), index("whole"));
-  // Without what shards have said, too.
+  // Also without the shards' records.
   fs::remove_all(scratch_ / "shards" / "shards");
   EXPECT_EQ(collect_batch(request("shards")).done, 20u);
   EXPECT_EQ(index("shards"), index("whole"));
 }
 
 TEST_F(BatchRunTest, LeavesAloneWhatAnotherProcessWorksOn) {
-  // A second batch over the same directory while each step of the first is under way.
+  // A second batch over the same directory during each step of the first.
   const RunStep step = [&](const StepCommand& command) { return leave_a_file(command); };
   bool is_inner = false;
   const RunStep outer = [&](const StepCommand& command) {
@@ -314,7 +314,7 @@ TEST(Pool, RunsNoMoreAtOnceThanMemoryAllows) {
         {
           const std::lock_guard lock(mutex);
           ++running;
-          // The first eight do not know yet; those that come as they end do.
+          // The first eight start before the limit is known; later ones respect it.
           if (++started > 16) most_later = std::max(most_later, running);
           EXPECT_GE(threads, 1);
         }

@@ -1,4 +1,4 @@
-// State streams, and the files that hold them.
+// State streams and their files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -90,7 +90,7 @@ TEST(StateStream, RefusesWhatEndsTooEarly) {
   }
 }
 
-// Counts are bounded by the bytes that are there before memory is taken for them.
+// Counts are checked against the bytes present before memory is allocated.
 TEST(StateStream, DamagedAtRandomIsReadOrRefused) {
   const std::vector<std::byte> bytes = bytes_of(example());
   std::mt19937 random(3);

@@ -1,5 +1,5 @@
-// The folders of src/ depend on one another in one direction only. Checked on the includes, so that
-// a shortcut is seen in review and not years later.
+// The folders of src/ depend on each other in one direction only. The test checks includes, so that
+// a shortcut is noticed in review and not years later.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Folders that each folder may include besides itself.
+// The folders that each folder may include besides itself.
 const std::map<std::string, std::set<std::string>> kAllowed = {
     {"core", {}},
     {"json", {"core"}},
@@ -98,7 +98,7 @@ TEST(DependencyRule, FoldersIncludeOnlyWhatLiesBelowThem) {
 }
 
 TEST(DependencyRule, HasNoCycle) {
-  // Remove folders whose needs are all gone until none is left.
+  // Remove folders whose dependencies are all removed, until none is left.
   auto left = kAllowed;
   for (bool progress = true; progress && !left.empty();) {
     progress = false;

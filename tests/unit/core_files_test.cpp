@@ -50,7 +50,7 @@ TEST_F(Files, ComeBackAsTheyWereWritten) {
 }
 
 TEST_F(Files, AFailureNamesTheFileAndLeavesNothing) {
-  fs::create_directory(directory_ / "a");  // a file cannot take its place
+  fs::create_directory(directory_ / "a");  // a file cannot replace it
   write_file_atomically(directory_ / "a" / "inside", "x");
   try {
     write_file_atomically(directory_ / "a", "new");
@@ -65,7 +65,7 @@ TEST_F(Files, AFailureNamesTheFileAndLeavesNothing) {
 }
 
 TEST_F(Files, WhatAKilledProcessLeftIsRemovedByTheNextAndNothingElse) {
-  // As if killed: by a process that had the number of this one, too.
+  // As if killed, also by an earlier process with the same id.
   const std::string mine = ".pilesim." + std::to_string(getpid()) + ".0.tmp";
   for (const std::string& name : {mine, std::string(".pilesim.1.7.tmp")}) {
     std::ofstream(directory_ / name) << "half of a rep";
@@ -76,7 +76,7 @@ TEST_F(Files, WhatAKilledProcessLeftIsRemovedByTheNextAndNothingElse) {
        {".pilesim.tmp", ".pilesim.x.tmp", ".pilesim.1.7.tmp~", "pilesim.1.tmp"}) {
     std::ofstream(directory_ / name) << "of somebody else";
   }
-  // Another that is at work, which its lock tells.
+  // Another active process, as its lock shows.
   const int held = open((directory_ / ".pilesim.1.9.tmp").c_str(), O_CREAT | O_WRONLY, 0666);
   ASSERT_EQ(flock(held, LOCK_EX), 0);
   write_file_atomically(directory_ / "a", "x");
@@ -113,7 +113,7 @@ TEST_F(Files, AResultThatIsOneFileIsClaimedBeforeAnyWork) {
     }
     return ErrorKind::internal;
   };
-  // A rename would put a file in the device's place.
+  // A rename would replace the device by a file.
   EXPECT_EQ(kind_of("/dev/null"), ErrorKind::usage);
   EXPECT_EQ(kind_of(directory_), ErrorKind::io);
   EXPECT_EQ(kind_of(""), ErrorKind::usage);
@@ -135,7 +135,7 @@ TEST_F(Files, OutputIsReplacedByForceAndNothingElseIs) {
   const auto entries = claim_output(out, kOwn, true);
   EXPECT_THAT(entries, testing::ElementsAre(out / "frames/frame.0012.png", out / "report.json",
                                             out / "store"));
-  EXPECT_TRUE(fs::exists(out / "report.json"));  // claiming touches nothing
+  EXPECT_TRUE(fs::exists(out / "report.json"));  // claiming changes nothing
   remove_output(entries);
   EXPECT_THAT(claim_output(out, kOwn, false), testing::IsEmpty());
   for (const char* name : {"frames/frame.cover.png", "frames/frame..png", "thesis.tex"}) {

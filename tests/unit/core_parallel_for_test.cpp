@@ -12,7 +12,8 @@
 namespace pilesim {
 namespace {
 
-// Each thread that comes waits until so many different ones have come: for ever where fewer do.
+// Each thread waits until this many different ones have arrived; with fewer threads it waits for
+// ever.
 class Meeting {
  public:
   explicit Meeting(size_t threads) : threads_(threads) {}
@@ -30,7 +31,7 @@ class Meeting {
   std::set<std::thread::id> seen_;
 };
 
-// So that tests at four threads are that on a machine of two processors, too.
+// Tests at four threads must use four, even on two processors.
 TEST(ParallelFor, HasAsManyThreadsAsAreAskedForWhateverTheProcessors) {
   for (const size_t threads : {1U, 2U, 7U}) {
     set_thread_count(static_cast<int>(threads));
@@ -65,7 +66,7 @@ TEST(ParallelFor, ThrowsWhatAChunkThrowsWithMoreThreadsThanProcessors) {
   set_thread_count(available_threads());
 }
 
-// Each loop reads what the loop before has written.
+// Each loop reads the output of the loop before it.
 TEST(ThreadsAwake, ComeToEachIndexOnceInEachOfManyLoops) {
   constexpr int kLoops = 2000;
   for (const int threads : {1, 2, 5}) {

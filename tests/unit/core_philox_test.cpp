@@ -8,8 +8,7 @@
 namespace pilesim {
 namespace {
 
-// Known answers of Philox4x32-10 from the tests of Salmon et al.: the generator is the published
-// one.
+// Known answers of Philox4x32-10 from the tests of Salmon et al.: this is the published generator.
 TEST(Philox, GivesTheKnownAnswers) {
   const r123::Philox4x32 generator;
   const auto expect = [&](r123::Philox4x32::ctr_type counter, r123::Philox4x32::key_type key,
@@ -37,7 +36,7 @@ TEST(Philox, DependsOnAllOfItsKeysAndOnNothingElse) {
   EXPECT_NE(first(7, Stream::test, 3, 3), reference);
 }
 
-// Means of n draws lie within five standard errors of the closed form.
+// Means of n samples are within five standard errors of the closed form.
 TEST(Philox, DrawsHaveTheirDistributions) {
   constexpr int kDraws = 200000;
   Philox random(1, Stream::test, 0);

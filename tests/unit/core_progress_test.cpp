@@ -17,7 +17,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 TEST(ProgressTest, JsonTellsTheEndAndATenthOfASecondsSteps) {
-  // A clock that goes on by a millisecond each time it is asked.
+  // A clock that advances by a millisecond at each call.
   auto now = std::make_shared<Progress::Clock::time_point>();
   const auto tick = [now] { return *now += std::chrono::milliseconds(1); };
   testing::internal::CaptureStderr();
@@ -33,7 +33,7 @@ TEST(ProgressTest, JsonTellsTheEndAndATenthOfASecondsSteps) {
 }
 
 TEST(ProgressTest, IsSilentWhereNobodyLooks) {
-  testing::internal::CaptureStderr();  // stderr is no terminal now
+  testing::internal::CaptureStderr();  // stderr is not a terminal now
   {
     Progress progress(ProgressMode::automatic, "simulate", 100, "frames");
     for (uint64_t i = 0; i <= 100; ++i) progress.update(i);

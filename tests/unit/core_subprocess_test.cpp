@@ -24,7 +24,7 @@ TEST(Subprocess, PassesArgumentsAsTheyAre) {
             "a b|$HOME|'\"*;|");
 }
 
-// Far more than a pipe holds, both ways at once: would hang if output went through a pipe.
+// Far more than a pipe holds, in both directions at once: would hang if output used a pipe.
 TEST(Subprocess, SurvivesMuchInputAndMuchOutput) {
   std::string input(20 << 20, 'x');
   input.back() = '\n';
@@ -76,19 +76,19 @@ TEST(Subprocess, KeepsOutputAndErrorsApart) {
   EXPECT_EQ(result.errors, "two\n");
 }
 
-// Would wait an hour if the destructor let the child live.
+// Would wait an hour if the destructor did not end the child.
 TEST(Subprocess, KillsAnAbandonedProgram) {
   const Subprocess process({"sleep", "3600"}, "coreutils");
 }
 
-// A program that reads nothing would run on for ever.
+// A program that reads nothing would run for ever.
 TEST(Subprocess, DiesWithAParentThatIsKilled) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   const pid_t parent = fork();
   ASSERT_GE(parent, 0);
   if (parent == 0) {
-    // The program holds the pipe open as long as it lives.
+    // The program keeps the pipe open as long as it lives.
     const Subprocess program(
         {"sh", "-c", "echo >&" + std::to_string(ends[1]) + "; exec sleep 3600"}, "dash");
     for (;;) pause();

@@ -18,7 +18,7 @@ Texture checker(int width, int height) {
 }
 
 TEST(Texture, ShrinksToTheMeanOfLight) {
-  // Half of the light is no half of the number.
+  // Half of the light is not half of the number.
   const Texture half = shrunk(checker(6, 4), 3, 2);
   EXPECT_EQ(half.width, 3);
   EXPECT_EQ(half.height, 2);

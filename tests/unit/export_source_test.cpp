@@ -1,4 +1,4 @@
-// Input of exporters: chosen bodies and frames, and where something changes.
+// Input of exporters: chosen bodies and frames, and frames with changes.
 #include "export/export_source.h"
 
 #include <gmock/gmock.h>
@@ -14,8 +14,8 @@ using testing::ElementsAre;
 
 class Exports : public testing::Test {
  protected:
-  // A ball that lies, moves in frames 4 to 6 and lies again; a cube that appears in frame 3 and
-  // turns its quaternion to the other sign then; one that is never there.
+  // A ball that rests, moves in frames 4 to 6 and rests again; a cube that appears in frame 3,
+  // where its quaternion changes sign; and one that is never present.
   Exports() {
     test::DrawnScene scene;
     scene.add(1, {0, 1, 0}, {10, 20, 30}, true);
@@ -44,7 +44,7 @@ class Exports : public testing::Test {
 TEST_F(Exports, BodiesSayWhenTheyChange) {
   TrajectoryReader trajectory(directory_.path());
   const ExportSource source(trajectory, {.frames = frames(0, 9)});
-  ASSERT_EQ(source.bodies().size(), 3u);  // not the one that is never there
+  ASSERT_EQ(source.bodies().size(), 3u);  // without the absent one
   const ExportBody& ground = source.bodies()[0];
   const ExportBody& ball = source.bodies()[1];
   const ExportBody& cube = source.bodies()[2];
@@ -66,7 +66,7 @@ TEST_F(Exports, TracksHaveKeysWhereMotionBeginsAndEnds) {
   EXPECT_THAT(tracks[1].key, ElementsAre(0, 3, 4, 5, 6));
   EXPECT_EQ(tracks[1].position[1].x(), 0);
   EXPECT_EQ(tracks[1].position[4].x(), 3);
-  // The other sign is the same turn.
+  // The opposite sign is the same rotation.
   EXPECT_THAT(tracks[2].key, ElementsAre(0));
   EXPECT_THAT(tracks[2].toggles, ElementsAre(3));
 }

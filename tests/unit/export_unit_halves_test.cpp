@@ -15,7 +15,7 @@ double length(const std::array<float, 4>& wxyz) {
   return std::sqrt(square);
 }
 
-// Of a number in [2^-14, 1] to the nearest half.
+// Rounds a number in [2^-14, 1] to the nearest half.
 float half(float value) {
   if (value == 0) return 0;
   const auto unit = std::exp2f(static_cast<float>(std::ilogb(value) - 10));

@@ -1,4 +1,4 @@
-// How deep bodies lie in a pile, against lattices whose depths are known.
+// Depths of bodies in a pile, against lattices with known depths.
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 namespace pilesim {
 namespace {
 
-constexpr double kRadius = 0.12, kSpacing = 0.15;  // m; no way between the balls of a lattice
-// A cell is half a radius wide; the centre of a ball and the probe are each half a diagonal from
-// the middles of theirs, at most, and that is taken off once more.
+constexpr double kRadius = 0.12, kSpacing = 0.15;  // m; the balls of a lattice leave no gaps
+// A cell is half a radius wide. The centres of a ball and of the probe are each at most half a
+// cell's diagonal from the middles of their cells, and the bound subtracts that once more.
 constexpr double kError = 2 * 1.7321 * kRadius / 2;
 
 struct Lattice : SmallModel {
@@ -32,7 +32,7 @@ struct Lattice : SmallModel {
     return static_cast<uint32_t>(model.bodies.size() - 1);
   }
   std::vector<double> depths() const { return depths_under_surface(model, states()); }
-  // Of a ball that is so far from the outermost ones: its own top lies so much deeper than theirs.
+  // Depth of a ball this far from the outermost ones: its top is lower than theirs by this.
   static double layers(int count) { return count * kSpacing; }
 
   uint32_t ball = 0, stuff = material(0, 0.5);
@@ -79,7 +79,7 @@ TEST(Burial, AHoleThatIsOpenCountsAndOneThatIsClosedDoesNot) {
   }
 }
 
-// Between halves of a lattice, narrower than the probe and wide enough for it.
+// Between halves of a lattice: narrower than the probe, then wide enough for it.
 TEST(Burial, AGapThatTheProbeDoesNotPassIsClosed) {
   for (const bool is_open : {false, true}) {
     Lattice lattice;
@@ -126,7 +126,7 @@ TEST(Burial, WhatIsBetweenPlanesIsSeenFromBetweenThem) {
   EXPECT_EQ(depths[at(lattice, kSpacing * Vec3(4, 4, 4))], 0);
 }
 
-// One in five hundred, which would make the cells as wide as the pile.
+// One ball in five hundred, which would make the cells as wide as the pile.
 TEST(Burial, WhatHasRolledAwayChangesNothing) {
   Lattice lattice;
   lattice.fill(4);

@@ -1,4 +1,4 @@
-// Corrections of a trajectory that are eased in.
+// Eased corrections of a trajectory.
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@
 namespace pilesim {
 namespace {
 
-constexpr double kRate = 60;  // frames a second
+constexpr double kRate = 60;  // frames per second
 constexpr uint64_t kFrames = 180;
 constexpr uint64_t kLands = 60, kStops = 120;
 
-// A ball that flies for a second, then rolls to a halt in another one, and lies.
+// A ball that flies for a second, rolls to a halt during another one, and rests.
 Vec3 place(uint64_t frame) {
   const auto at = static_cast<double>(std::min(frame, kStops)) / kRate;
   if (frame <= kLands) return {at, 10 - 9.81 / 2 * at * at, 0};
@@ -84,12 +84,12 @@ TEST_F(Easing, NothingJumpsAndTheLargestExtraSpeedIsStated) {
   }
   EXPECT_LE(largest, eased.largest_extra_speed(kRate) * 1.001);
   EXPECT_GE(largest, eased.largest_extra_speed(kRate) * 0.95);
-  // Level at both ends.
+  // Zero slope at both ends.
   EXPECT_LT(steps[kLands + 1], largest / 10);
   EXPECT_LT(steps[static_cast<size_t>(stretches[0].last)], largest / 10);
 }
 
-// A way round something is followed.
+// The corrections follow a detour around an obstacle.
 TEST_F(Easing, FollowsTheWayOfTheExactEngine) {
   const Vec3 aside = place(kFrames - 1) + Vec3(0, 0.05, 0.5);
   const EasedFrames eased = this->eased({{0, aside, Quatf::Identity()}});
@@ -101,7 +101,7 @@ TEST_F(Easing, FollowsTheWayOfTheExactEngine) {
   EXPECT_LT(nearest, 0.05);
 }
 
-// What stops dead gets its time nevertheless.
+// A body that stops at once still gets its time.
 TEST(EasingStretches, AreNotShort) {
   SmallModel model;
   model.body(model.sphere(0.1), model.material(0, 0.5), {0, 0.1, 0});

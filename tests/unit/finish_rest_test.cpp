@@ -1,4 +1,4 @@
-// Piles that lie in each other, brought to rest.
+// Piles of penetrating bodies, brought to rest.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ struct Pile : SmallModel {
   uint32_t stuff = 0, ground = 0, crate = 0;
 };
 
-// Columns of boxes a third of which is in the next one, turned a little.
+// Columns of boxes, slightly rotated, each a third inside the next one.
 Pile sunk_pile(int side, int layers) {
   Pile pile;
   for (int y = 0; y < layers; ++y) {
@@ -63,7 +63,7 @@ TEST(FinishRest, WhatLiesInEachOtherEndsSound) {
   }
 }
 
-// Energy comes from the heights that bodies give up alone, not from their overlaps.
+// Energy comes only from the heights that bodies lose, not from their overlaps.
 TEST(FinishRest, NothingIsShotOut) {
   const Pile pile = sunk_pile(3, 3);
   ExactRest rest(pile.scene, pile.model, pile.states());
@@ -98,7 +98,7 @@ TEST(FinishRest, WallsHold) {
     pile.body(wall, pile.stuff, {sign * 0.31, 0.5, 0}, Role::fixed);
     pile.body(across, pile.stuff, {0, 0.5, sign * 0.31}, Role::fixed);
   }
-  // Two to the width of the vessel and two thirds of another; some reach into the walls.
+  // Two across the vessel and two thirds of another one; some reach into the walls.
   for (int y = 0; y < 3; ++y) {
     for (int x = 0; x < 3; ++x) {
       for (int z = 0; z < 3; ++z) {
@@ -116,8 +116,8 @@ TEST(FinishRest, WallsHold) {
   EXPECT_LT(after.deepest_penetration_m, 0.02 * after.body_diameter_m);
 }
 
-// A stick whose end is through a thin wall goes back along the wall's normal, no farther than it
-// must.
+// A stick whose end is through a thin wall moves back along the wall's normal, no farther than
+// necessary.
 TEST(FinishRest, WhatReachesThroughAThinWallIsDrawnBack) {
   Pile pile;
   const uint32_t wall = pile.box({0.02, 1, 2});
@@ -148,9 +148,9 @@ TEST(FinishRest, WhatReachesThroughAThinWallEndsBesideIt) {
 
 TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
   Pile pile;
-  pile.add({0, 1, 0});       // held in the air
+  pile.add({0, 1, 0});       // fixed in mid-air
   pile.add({2, 1, 0});       // frozen by a guide
-  pile.add({0.05, 1.1, 0});  // in the first one
+  pile.add({0.05, 1.1, 0});  // inside the first one
   pile.add({4, 0.1, 0});     // absent
   pile.add({4, 0.15, 0});
   BodyStates start = pile.states();
@@ -178,7 +178,7 @@ TEST(FinishRest, EndsAtTheLongestTimeAndSaysSo) {
   EXPECT_EQ(rest.states().flags[1] & kAsleep, 0);
 }
 
-// As a body does that is pinched by two others: points hold back no turning about their line.
+// Like a body pinched by two others: points do not resist rotation about their line.
 TEST(FinishRest, WhatNothingStopsComesToRestTooWhereItHangs) {
   Pile pile;
   pile.add({0.5, 2, 0});
@@ -190,7 +190,7 @@ TEST(FinishRest, WhatNothingStopsComesToRestTooWhereItHangs) {
   EXPECT_NEAR(rest.states().position[1].y(), 1.5, 0.01);
 }
 
-// The far ones are kept: what fell from a table is not drawn through it.
+// Long paths are recorded: a body that fell from a table is not drawn through it.
 TEST(FinishRest, WaysOfWhatGoesFarAreKept) {
   Pile pile;
   pile.add({0, 1, 0});
@@ -203,7 +203,7 @@ TEST(FinishRest, WaysOfWhatGoesFarAreKept) {
   }
 }
 
-// Overlaps leave from the ends inwards: the more bodies, the longer it takes.
+// Overlaps leave from the ends inwards: more bodies take longer.
 TEST(FinishRest, PartsForAsLongAsItHelps) {
   const Pile pile = sunk_pile(4, 20);
   ExactRest rest(pile.scene, pile.model, pile.states());
@@ -226,7 +226,7 @@ TEST(FinishRest, DoesNotDependOnThreads) {
   EXPECT_EQ(ends[0].position, ends[1].position);
 }
 
-// Icosahedra, which all but fill their balls, in a block so far apart.
+// Icosahedra, which almost fill their bounding spheres, in a block with this spacing.
 Pile block_of_balls(double spacing_m) {
   Pile pile;
   const double golden = (1 + std::sqrt(5.0)) / 2;
@@ -252,7 +252,7 @@ Pile block_of_balls(double spacing_m) {
   return pile;
 }
 
-// Stopped while bodies part, and while they settle.
+// Stopped while bodies separate, and while they settle.
 void expect_the_same_bits(const Pile& pile, const RestSettings& settings, int in_parting,
                           int in_settling) {
   ExactRest whole(pile.scene, pile.model, pile.states(), settings);
@@ -285,8 +285,8 @@ TEST(FinishRest, GoesOnFromWhatWasSavedWithTheSameBits) {
   expect_the_same_bits(block_of_balls(0.66 * kSide), {.visible_only = true}, 70, 260);
 }
 
-// What lies deep is left, and gives way at most, where something that is to be sound does not get
-// out of it. Then it need not become sound itself, but what comes into view does.
+// Deep bodies are left as they are, and at most give way to bodies that must become sound but
+// cannot get out of them. Then they need not become sound themselves, unless they come into view.
 TEST(FinishRest, WhatCannotBeSeenIsLeft) {
   for (const double spacing_m : {0.6 * kSide, 0.66 * kSide}) {
     const bool gives_way = spacing_m > 0.63 * kSide;
@@ -308,14 +308,14 @@ TEST(FinishRest, WhatCannotBeSeenIsLeft) {
       EXPECT_GT(depths[body], 0.7 * kSide) << body << " may be seen";
       EXPECT_NE(finished.flags[body] & kAsleep, 0) << body;
     }
-    // To be judged like the ground.
+    // Judge them like the ground.
     for (const uint32_t body : left_then) finished.flags[body] |= kHeld;
     EXPECT_TRUE(moved > 0 || !gives_way);
     const PileQuality after = inspect_pile(pile.model, pile.scene.gravity, finished);
     EXPECT_LT(after.deepest_penetration_m, 0.02 * after.body_diameter_m);
     EXPECT_LE(after.unsettled, 1U);
     EXPECT_EQ(after.floating, 0U);
-    // Of what is at the surface, all has come out of the others.
+    // At the surface, all bodies have separated from the others.
     ExactRest whole(pile.scene, pile.model, start);
     EXPECT_TRUE(whole.left().empty());
   }

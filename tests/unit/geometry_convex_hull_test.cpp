@@ -78,11 +78,11 @@ TEST(ConvexHull, NeedlesAndPlatesOfEveryScale) {
       SCOPED_TRACE(testing::Message() << "scale " << scale << ", shape " << shape.transpose());
       test::expect_closed_sphere(hull);
       test::expect_contains(hull, points);
-      // Measured after turning and stretching it back: integrals over a turned needle cancel.
+      // Measure after rotating and stretching it back: integrals over a rotated needle cancel.
       for (Vec3& vertex : hull.vertices) {
         vertex = (turn.conjugate() * vertex).cwiseQuotient(scale * shape);
       }
-      // Rounding of the turned coordinates alone moves the sides of the thinnest plate by 1e-16 of
+      // Rounding of the rotated coordinates alone moves the sides of the thinnest plate by 1e-16 of
       // its extent, which is 1e-8 of its thickness.
       EXPECT_NEAR(volume(hull) / volume(sphere_mesh(1, 3)), 1, 1e-7);
     }
@@ -163,8 +163,8 @@ TEST(SimplifiedHull, LiesInsideAndUsesTheFullHullsVertices) {
 }
 
 TEST(SimplifiedHull, KeepsMostOfTheVolumeOfASphere) {
-  // 42 vertices of the once subdivided icosahedron hold 88% of the ball: greedy choice of 40 comes
-  // near.
+  // The 42 vertices of the once subdivided icosahedron fill 88% of the ball: a greedy choice of 40
+  // comes near.
   const double ball = sphere_mass_properties(1).volume_m3;
   EXPECT_GT(volume(simplified_hull(sphere_mesh(1, 4).vertices, 40)), 0.84 * ball);
 }
@@ -175,7 +175,7 @@ TEST(SimplifiedHull, KeepsSmallHullsWhole) {
 }
 
 TEST(SimplifiedHull, FindsTheCornersThatMatter) {
-  // A cube with a dense, barely raised dome on one side: eight vertices must be the corners.
+  // A cube with a dense, barely raised dome on one side: eight vertices must be its corners.
   std::vector<Vec3> points = grid_cube(1);
   for (int i = 1; i < 10; ++i) {
     for (int j = 1; j < 10; ++j) {

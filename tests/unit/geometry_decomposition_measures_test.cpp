@@ -1,5 +1,5 @@
-// Parts of decompositions and their judge: hull volumes, volume differences, surface distances and
-// fitted pieces.
+// Parts of decompositions and their measures: hull volumes, volume differences, surface distances
+// and fitted pieces.
 #include <gmock/gmock.h>
 
 #include "../geometry_shapes.h"
@@ -55,7 +55,7 @@ TEST(HullVolume, AgreesWithTheHullMesh) {
     const uint32_t count = 4 + random.index(300);
     for (uint32_t k = 0; k < count; ++k) {
       Vec3 point = test::random_arrow(random, round % 2 == 0 ? 1 : 0, 1);
-      // Every third set has many points in common planes, as cuts make them.
+      // Every third set has many coplanar points, as cuts produce them.
       if (round % 3 == 0) point = point.cwiseMax(Vec3(-0.3, -0.5, -2)).cwiseMin(Vec3(2, 0.4, 0.6));
       points.push_back(point);
     }

@@ -77,19 +77,19 @@ TEST(Decomposition, TorusIsWithinTheErrorAskedFor) {
   EXPECT_LE(result.pieces.size(), 32u);
   EXPECT_LE(result.volume_error(), 0.05);
   EXPECT_NEAR(result.mesh_volume_m3, volume(torus), 1e-12);
-  // The pieces overlap by next to nothing.
+  // The pieces hardly overlap.
   EXPECT_NEAR(volume_sum(result.pieces), result.union_volume_m3, 0.003 * result.mesh_volume_m3);
   EXPECT_NEAR(result.union_volume_m3 - result.excess_volume_m3 + result.missing_volume_m3,
               result.mesh_volume_m3, 0.001 * result.mesh_volume_m3);
-  // Fitted pieces may leave slits between them, no deeper than to the middle of the tube.
+  // Fitted pieces may leave slits between them, at most as deep as the middle of the tube.
   EXPECT_LE(result.surface_error_m, 0.3);
   EXPECT_LT(result.mean_surface_error_m, 0.01);
   EXPECT_LT(result.mean_surface_error_m, result.surface_error_m);
   expect_convex_pieces(result, options.max_piece_vertices);
 }
 
-// A tube with thin walls: no first cut of it, nor of a ring that is a slice of it, saves anything.
-// A beam of 400 x 120 mm with a notch in its upper side, as thick as is given.
+// A beam of 400 x 120 mm with a notch in its upper side, of the given thickness. (For a thin-walled
+// tube, or a ring sliced from it, no first cut saves anything.)
 TriangleMesh notched_beam(double thickness, double from, double to, double depth) {
   constexpr double kEnd = 0.4, kTop = 0.12;
   const double floor = kTop - depth;
@@ -120,7 +120,7 @@ TriangleMesh notched_beam(double thickness, double from, double to, double depth
   return mesh;
 }
 
-// By its volume alone a notch may be filled; by its surface it may not, however thin the beam.
+// By volume alone a notch might be filled; by surface it may not, however thin the beam is.
 TEST(Decomposition, NotchesStayOpen) {
   struct Notch {
     double thickness, from, to, depth;
@@ -136,7 +136,7 @@ TEST(Decomposition, NotchesStayOpen) {
     EXPECT_LE(result.surface_share, 0.01);
     EXPECT_EQ(result.hollow_share, 0);
     EXPECT_NEAR(result.surface_share, result.surface_error_m / 0.4, 1e-12);
-    // Nothing of the pieces is in the notch, but for 0.5 mm at its walls.
+    // The pieces stay out of the notch, except for 0.5 mm at its walls.
     const double inset = 5e-4;
     for (const TriangleMesh& piece : result.pieces) {
       for (const double x : {n.from + inset, (n.from + n.to) / 2, n.to - inset}) {
@@ -181,7 +181,7 @@ TEST(Decomposition, TubesAreCutAlong) {
   }
   constexpr int kPieces = 12;
   const Decomposition result = decompose(tube, {.max_pieces = kPieces}, std::nullopt);
-  // Of equal sectors, each with a flat inside where that misses least: a quarter of the arc's
+  // For equal sectors, each with the flat inside that minimises the error: a quarter of the arc's
   // height.
   const double height = kInner * (1 - std::cos(M_PI / kPieces));
   EXPECT_LT(result.volume_error(), 1.1 * height / 4 / (1 - kInner));
@@ -221,7 +221,7 @@ TEST(Decomposition, ScaleMakesNoDifference) {
   const TriangleMesh blob = blob_mesh(2);
   const DecompositionOptions options{.max_pieces = 6, .max_volume_error = 0.01};
   const Decomposition reference = decompose(blob, options, std::nullopt);
-  // Powers of two, so that the scaled mesh is the same to the last bit.
+  // Powers of two scale the mesh exactly.
   for (const double factor : {1024.0, 1.0 / 1024}) {
     const Decomposition result = decompose(scaled(blob, factor), options, std::nullopt);
     ASSERT_EQ(result.pieces.size(), reference.pieces.size());
@@ -245,7 +245,7 @@ TriangleMesh two_boxes(double shift) {
   return mesh;
 }
 
-// The hull of a part of it is nearly all roof over its hollow.
+// The hull of part of it is nearly all roof over its hollow.
 TEST(Decomposition, ThinShellsHavePiecesHoweverFew) {
   constexpr int kSide = 12;
   TriangleMesh shell;
@@ -317,7 +317,7 @@ TEST(Decomposition, OpenMeshIsRefused) {
   }
 }
 
-// What it says of more pieces is near to what they come to.
+// The error offered for more pieces is close to their actual error.
 TEST(Decomposition, OffersMorePiecesWhereItMissesWhatWasAskedFor) {
   const TriangleMesh torus = test::torus_mesh(1, 0.3, 32, 12);
   const Decomposition few = decompose(torus, {.max_pieces = 4, .max_volume_error = 0.05}, {});
@@ -328,7 +328,7 @@ TEST(Decomposition, OffersMorePiecesWhereItMissesWhatWasAskedFor) {
       decompose(torus, {.max_pieces = few.more_pieces, .max_volume_error = 0.05}, {});
   EXPECT_NEAR(more.volume_error() / few.error_with_more, 1, 0.5);
   EXPECT_LT(more.volume_error(), few.volume_error());
-  // Where it holds there is nothing to offer.
+  // If the error is small enough there is nothing to offer.
   const Decomposition held = decompose(torus, {.max_pieces = 32, .max_volume_error = 0.2}, {});
   EXPECT_LE(held.volume_error(), 0.2);
   EXPECT_EQ(held.more_pieces, 0);
@@ -414,7 +414,7 @@ TEST_F(DecompositionCacheTest, DamagedFilesAreMadeAnew) {
   }
 }
 
-// The system ends it at the byte that makes a file larger than it may be.
+// The system kills it at the byte that exceeds the limit on file sizes.
 TEST_F(DecompositionCacheTest, ProcessThatDiesWhileItWritesLeavesNothingByHalf) {
   const Decomposition computed = run();
   const std::string whole = read_file(only_file());

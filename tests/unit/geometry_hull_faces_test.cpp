@@ -37,7 +37,7 @@ TEST(HullFaces, AreThoseOfACubeWithRoundedPointsOnItsFaces) {
   }
 }
 
-// Neighbours differ by less than the tolerance, but a face stays within it as a whole.
+// Neighbours differ by less than the tolerance, but a face as a whole stays within it.
 TEST(HullFaces, DoNotBendRoundSides) {
   const TriangleMesh hull = cylinder_mesh(0.5, 1, 5000);
   const std::vector<HullFace> faces = flat_faces(hull);
@@ -52,7 +52,7 @@ TEST(HullFaces, DoNotBendRoundSides) {
   }
 }
 
-// A sheet is much thinner than it is wide, and its sides are faces all the same.
+// A sheet is much thinner than wide, and its sides are still faces.
 TEST(HullFaces, KeepTheSidesOfASheet) {
   EXPECT_EQ(flat_faces(box_mesh({0.3, 1e-5, 0.2})).size(), 6);
 }
@@ -70,7 +70,7 @@ TEST(CoordinateRounding, IsHalfAUnitInTheLastOfFiveToSevenDigits) {
   EXPECT_NEAR(bound({0.1234567F, 0.76543F}), 1e-7, 1e-12);
 }
 
-// Rings of points that lie in one plane but for rounding.
+// Rings of points, coplanar up to rounding.
 TEST(HullVolume, OfSymmetricTori) {
   for (const auto& [around, across] : {std::pair(16u, 8u), {24u, 8u}, {12u, 6u}, {32u, 12u}}) {
     TriangleMesh torus = test::torus_mesh(1, 0.2, around, across);
@@ -80,7 +80,7 @@ TEST(HullVolume, OfSymmetricTori) {
       HullVolume hull;
       EXPECT_NEAR(hull.compute(points) / mass_properties(convex_hull(points)).volume_m3, 1, 1e-9)
           << around << " x " << across << ", times " << scale;
-      // And of what is left on one side of planes through it, as a decomposition cuts it.
+      // The same for the part on one side of planes through it, as in a decomposition.
       for (int k = 0; k < 40; ++k) {
         Philox random(3, Stream::test, static_cast<uint64_t>(k));
         const Vec3 normal = k % 2 == 0 ? Vec3(Vec3::Unit(k / 2 % 3)) : random.direction();

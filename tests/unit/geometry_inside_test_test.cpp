@@ -10,8 +10,8 @@
 namespace pilesim {
 namespace {
 
-// The winding number without any tree: the solid angles of all triangles, by Girard's theorem on
-// the dihedral angles of the cone over each (another formula than the one under test).
+// The winding number without a tree: the solid angles of all triangles, by Girard's theorem on the
+// dihedral angles of the cone over each (a formula different from the tested one).
 double brute_force_winding_number(const TriangleMesh& mesh, const Vec3& point) {
   double sum = 0;
   for (const auto& [ia, ib, ic] : mesh.triangles) {
@@ -114,8 +114,8 @@ TEST(InsideTest, CountsShells) {
   EXPECT_TRUE(hollow.contains({0.7, 0.1, 0}));
 }
 
-// Where a point says that others are on its side they are: around a ball, a tube without ends and
-// one with triangles missing here and there.
+// If a point says that others are on its side, they are: around a ball, a tube without ends, and a
+// ball with missing triangles.
 TEST(FastWinding, PointsKnowHowFarTheirSideReaches) {
   TriangleMesh ball = sphere_mesh(1, 3), tube = cylinder_mesh(0.7, 2, 24), torn = ball;
   std::erase_if(tube.triangles, [&](const Triangle& t) {

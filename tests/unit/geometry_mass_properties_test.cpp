@@ -133,7 +133,7 @@ TEST(FeltTurnRate, IsTheRateOfABallAndLessAboutTheAxisOfARod) {
   const Mat3 rod = box_mass_properties(size).inertia_m5;
   EXPECT_NEAR(felt_turn_rate(rod, {0, 3, 0}), 3, 1e-12);
   EXPECT_NEAR(felt_turn_rate(rod, {3, 0, 0}), 3 * std::sqrt(0.02 / 4.01), 1e-12);
-  // Whatever the axes.
+  // For any axes.
   const Mat3 turn = Quat(0.3, 0.1, -0.8, 0.5).normalized().toRotationMatrix();
   EXPECT_NEAR(felt_turn_rate(turn * rod * turn.transpose(), turn * spin), felt_turn_rate(rod, spin),
               1e-12);

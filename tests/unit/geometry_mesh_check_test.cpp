@@ -82,7 +82,7 @@ TEST(MeshCheck, FlippedTriangleIsInconsistent) {
 }
 
 TEST(MeshCheck, DegenerateTriangle) {
-  // The edge (0, 1) of a tetrahedron is split by a vertex on it, on one side by a flat triangle.
+  // A vertex splits the edge (0, 1) of a tetrahedron, with a flat triangle on one side.
   const TriangleMesh mesh{
       .vertices = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 0, 0}},
       .triangles = {{0, 2, 4}, {4, 2, 1}, {0, 1, 3}, {0, 4, 1}, {1, 2, 3}, {0, 3, 2}}};
@@ -93,7 +93,7 @@ TEST(MeshCheck, DegenerateTriangle) {
 TEST(MeshCheck, InsideOut) {
   expect_only(test::turned_inside_out(box_mesh({1, 2, 3})), MeshDefectKind::inside_out, 1,
               "all triangles face inward: the volume is -6 m^3");
-  // The total volume is positive all the same.
+  // The total volume is still positive.
   expect_only(test::joined(box_mesh({2, 2, 2}),
                            at(test::turned_inside_out(box_mesh({1, 1, 1})), {5, 0, 0})),
               MeshDefectKind::inside_out, 1, "faces inward");
@@ -143,7 +143,7 @@ TEST(MeshCheck, NeighboursThatCrossBesideTheirVertex) {
   mesh.vertices[0] = -1.5 * pulled;
   EXPECT_THAT(kinds(find_mesh_defects(mesh)), ElementsAre(MeshDefectKind::self_touching));
 
-  // Two triangles that share vertex 0 alone: the tetrahedron's far edge goes through the other's
+  // Two triangles that share only vertex 0: the tetrahedron's far edge passes through the other's
   // side.
   TriangleMesh blades{
       .vertices = {{0, 0, 0},

@@ -12,7 +12,7 @@
 namespace pilesim {
 namespace {
 
-// The area vectors of a closed surface add up to nothing.
+// The area vectors of a closed surface sum to zero.
 Vec3 area_vector(const FacetedSolid& solid) {
   Vec3 sum = Vec3::Zero();
   for (const auto& edge : solid.edges) {
@@ -21,7 +21,7 @@ Vec3 area_vector(const FacetedSolid& solid) {
   return sum;
 }
 
-// Each edge is there as often in one direction as in the other.
+// Each edge occurs equally often in both directions.
 bool is_closed(const FacetedSolid& solid) {
   std::vector<std::pair<uint32_t, uint32_t>> forward, backward;
   for (const auto& [from, to] : solid.edges) {

@@ -104,8 +104,8 @@ TEST_F(MeshImport, MaterialsDoNotCutGroups) {
 }
 
 TEST_F(MeshImport, WeldsCloseVerticesAndDropsWhatCollapses) {
-  // The box's diagonal is 1.7 m, so the tolerance is 1.7e-6 m. Vertices 5 to 7 repeat 1 to 3, a
-  // little off; the last triangle collapses; vertex 8 is too far off to be welded.
+  // The box's diagonal is 1.7 m, so the tolerance is 1.7e-6 m. Vertices 5 to 7 repeat 1 to 3,
+  // slightly displaced; the last triangle collapses; vertex 8 is too far away to be welded.
   const TriangleMesh mesh =
       import_mesh(file("a.obj", kCorners + "v 0 0 1e-6\nv 1 1e-6 0\nv -1e-6 1 0\nv 1 1e-5 0\n" +
                                     "f 1 3 2\nf 5 6 4\nf 6 7 4\nf 5 4 7\nf 1 5 3\nf 8 3 4\n"));
@@ -173,8 +173,8 @@ std::string glb_of(std::string json, const std::string& binary) {
   return glb + binary;
 }
 
-// A binary glTF of one tetrahedron, used by two nodes: one moved, one mirrored. `material`: of
-// both.
+// A binary glTF of one tetrahedron, used by two nodes, one moved and one mirrored. `material` is
+// that of both.
 std::string two_tetrahedra_glb(const std::string& material = "") {
   const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   const uint16_t indices[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
@@ -196,8 +196,8 @@ std::string two_tetrahedra_glb(const std::string& material = "") {
   return glb_of(json, binary);
 }
 
-// A triangle in z = 0 with the picture in the file, its colour, and colours of vertices where there
-// are any; `mirrored`: its x.
+// A triangle in z = 0 with the picture in the file, its colour, and vertex colours if given;
+// `mirrored` flips its x.
 std::string textured_triangle_glb(const std::string& picture, bool mirrored = false,
                                   const std::vector<float>& colour = {}) {
   std::string binary, views, accessors;
@@ -262,7 +262,7 @@ std::string png(int width, int height, const std::vector<uint8_t>& rgba) {
   return png;
 }
 
-// Two by two pixels, red and green above, blue and see-through black below.
+// Two by two pixels: red and green above, blue and transparent black below.
 std::string four_pixels_png() {
   return png(2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 0, 0, 0, 0});
 }
@@ -274,14 +274,14 @@ TEST_F(MeshImport, KeepsTheColoursOfMaterials) {
                         "usemtl dark\nf 1 3 2\nusemtl red\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"));
   ASSERT_EQ(mesh.colours.size(), 4u);
   for (size_t i = 0; i < 4; ++i) {
-    // By the place of the triangle, since materials are grouped.
+    // By the triangle's position, since materials are grouped.
     const bool is_low = mesh.vertices[mesh.triangles[i][0]].z() +
                             mesh.vertices[mesh.triangles[i][1]].z() +
                             mesh.vertices[mesh.triangles[i][2]].z() ==
                         0;
     EXPECT_EQ(mesh.colours[i], is_low ? (Colour{51, 102, 153}) : (Colour{255, 0, 0}));
   }
-  // Numbers of glTF are proportional to light.
+  // Colours of glTF are linear.
   const TriangleMesh glb = import_mesh(
       file("a.glb",
            two_tetrahedra_glb(R"({"pbrMetallicRoughness":{"baseColorFactor":[1,0.215861,0,1]}})")));
@@ -311,14 +311,14 @@ TEST_F(MeshImport, ATextureGivesEachTriangleItsMean) {
       "vt 0.1 0.9\nvt 0.4 0.9\nvt 0.1 0.6\nvt 0.6 0.1\nvt 0.9 0.1\nvt 0.1 0.1\n"
       "usemtl t\n"
       "f 1/1 3/2 2/3\n"   // in the red pixel, above on the left
-      "f 1/4 2/5 4/6\n";  // below: blue, and what cannot be seen
+      "f 1/4 2/5 4/6\n";  // below: blue, and transparent
   file("a.mtl", "newmtl t\nKd 0.5 0.5 0.5\nmap_Kd four.png\n");
   EXPECT_THAT(import_mesh(file("a.obj", text)).colours,
               ElementsAre(Colour{255, 0, 0}, Colour{0, 0, 255}));
   EXPECT_THAT(import_mesh(file("a.obj", text)).lost_textures, IsEmpty());
 }
 
-// Corners of a triangle, by the x and y of its vertices.
+// Corners of a triangle, identified by the x and y of its vertices.
 std::array<float, 2> uv_at(const TriangleMesh& mesh, double x, double y) {
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (size_t k = 0; k < 3; ++k) {
@@ -338,16 +338,16 @@ TEST_F(MeshImport, KeepsTexturesAndWhereTheyLie) {
            "vt -0.25 0\nvt 2.5 0.25\nvt 1 1\nusemtl t\nf 1/1 2/2 3/3\nusemtl red\nf 1 3 4\n"
            "usemtl again\nf 1/1 3/3 5/1\n"));
   ASSERT_EQ(mesh.triangles.size(), 3u);
-  // Materials that have the same one share it.
+  // Materials with the same texture share it.
   const TextureMap& map = mesh.texture_map;
   ASSERT_EQ(map.textures.size(), 1u);
   EXPECT_THAT(map.texture, testing::UnorderedElementsAre(0u, 1u, 1u));
   EXPECT_TRUE(is_sound(map, 3));
-  // From the upper edge, whatever lies beyond it.
+  // From the upper edge, also for coordinates beyond it.
   EXPECT_EQ(uv_at(mesh, 1, 1), (std::array<float, 2>{-0.25f, 1}));
   EXPECT_EQ(uv_at(mesh, 2, 1), (std::array<float, 2>{2.5f, 0.75f}));
   EXPECT_EQ(uv_at(mesh, 2, 2), (std::array<float, 2>{1, 0}));
-  // What is see-through has the mean of the others.
+  // A transparent pixel gets the mean of the others.
   const Texture& texture = *map.textures[0];
   EXPECT_EQ(texture.width, 2);
   EXPECT_EQ(texture.height, 2);
@@ -359,14 +359,14 @@ TEST_F(MeshImport, KeepsTexturesAndWhereTheyLie) {
 TEST_F(MeshImport, ATextureInAGlbIsMultipliedByItsMaterialsColour) {
   const TriangleMesh mesh = import_mesh(file("a.glb", textured_triangle_glb(four_pixels_png())));
   ASSERT_EQ(mesh.texture_map.textures.size(), 1u);
-  // Linear 0.5, 1 and 0.25; nothing of the picture is see-through, for the material says so.
+  // Linear 0.5, 1 and 0.25. The material makes the whole picture opaque.
   EXPECT_THAT(
       mesh.texture_map.textures[0]->pixels,
       ElementsAre(Colour{188, 0, 0}, Colour{0, 255, 0}, Colour{0, 0, 137}, Colour{0, 0, 0}));
   EXPECT_NEAR(uv_at(mesh, 1, 0)[0], 0.5f, 1e-6);
   EXPECT_NEAR(uv_at(mesh, 1, 0)[1], 0.25f, 1e-6);
   EXPECT_NEAR(uv_at(mesh, 0, 1)[1], 3, 1e-6);
-  // A mirrored node turns its triangles: corners keep their places.
+  // A mirrored node reverses its triangles: corners keep their coordinates.
   const TriangleMesh mirrored =
       import_mesh(file("m.glb", textured_triangle_glb(four_pixels_png(), true)));
   EXPECT_NEAR(uv_at(mirrored, -1, 0)[0], 0.5f, 1e-6);
@@ -432,7 +432,7 @@ TEST_F(MeshImport, ATextureThatCannotBeReadIsSaid) {
   for (const auto& [name, why] : faults) {
     file("a.mtl", "newmtl t\nKd 0.2 0.4 0.6\nmap_Kd " + name + '\n');
     const TriangleMesh mesh = import_mesh(file("a.obj", text));
-    EXPECT_THAT(mesh.colours, Each(Colour{51, 102, 153})) << name;  // of the material
+    EXPECT_THAT(mesh.colours, Each(Colour{51, 102, 153})) << name;  // the material's colour
     EXPECT_TRUE(mesh.texture_map.empty()) << name;
     EXPECT_THAT(mesh.lost_textures,
                 ElementsAre("texture \"" + name + "\" of material \"t\" " + why));
@@ -473,7 +473,7 @@ TEST_F(MeshImport, SaysWhatIsWrongWithAFile) {
                "contains no triangle of any extent");
 }
 
-// A header whose lengths are not those of the file.
+// A header whose lengths exceed the file.
 TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
   std::string glb = two_tetrahedra_glb().substr(0, 20);
   const uint32_t length = 0xFFFFFFF0;
@@ -487,7 +487,7 @@ TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
                     "property float x\nproperty float y\nproperty float z\n"
                     "element face 4000000000\nproperty list uchar int vertex_index\nend_header\n"),
                ErrorKind::input, "more elements than bytes");
-  // Of two lengths that assimp would count up to without reading a byte.
+  // Two lengths up to which assimp would count without reading a byte.
   for (const char* count : {"4000000000", "99999999999999999999"}) {
     expect_error(file("flkat.ply", std::string("ply\nformat binary_little_endian 1.0\n") +
                                        "element vertex " + count +
@@ -495,7 +495,7 @@ TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
                  ErrorKind::input, "more elements than bytes");
   }
   expect_error(file("count.off", "OFF\n4000000000 4000000000 0\n0 0 0\n"), ErrorKind::input, "");
-  // A list's length stands in the body.
+  // A list's length is in the body.
   const uint32_t entries = 150'000'000;
   std::string ply =
       "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"
@@ -508,7 +508,7 @@ TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
   EXPECT_LT(of_children.ru_maxrss, 1 << 20) << "KB, what sanitizers take included";
 }
 
-// libFuzzer found it. By what it says, not by assimp, which would read on for ever.
+// Found by libFuzzer. Rejected by the header, since assimp would read for ever.
 TEST_F(MeshImport, AHeadWithoutAnEndIsRefused) {
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -525,7 +525,7 @@ TEST_F(MeshImport, AHeadWithoutAnEndIsRefused) {
   }
 }
 
-// Devices and pipes, also as what another file names.
+// Rejects devices and pipes, also when another file names them.
 TEST_F(MeshImport, ReadsRegularFilesOnly) {
   expect_error("/dev/zero", ErrorKind::io, "expected a regular file");
   const std::string triangle = kCorners + "f 1 2 3\n";
@@ -545,7 +545,7 @@ TEST_F(MeshImport, ReadsBuffersBesideTheFile) {
   expect_error(directory_ / "a.gltf", ErrorKind::input, "cannot be read as a mesh");
 }
 
-// Cells of the welding grid counted from the origin would be more than a double can tell apart.
+// Cells of a welding grid counted from the origin would exceed the precision of double.
 TEST_F(MeshImport, FarFromTheOriginEndsToo) {
   const TriangleMesh mesh =
       import_mesh(file("far.obj", "v 1e30 0 0\nv 1e30 1 0\nv 1e30 0 1\nf 1 2 3\n"));
@@ -558,7 +558,7 @@ TEST_F(MeshImport, FarFromTheOriginEndsToo) {
   }
 }
 
-// Numbers as the text has them, not in single precision.
+// Numbers as in the text, not in single precision.
 TEST_F(MeshImport, TextsKeepAllDigitsOfTheirCoordinates) {
   const std::array<std::string, 4> corners = {
       "500000.0001 -0.25 5200000.125", "500000.1001 -0.25 5200000.125",
@@ -591,14 +591,14 @@ TEST_F(MeshImport, TextsKeepAllDigitsOfTheirCoordinates) {
     EXPECT_EQ(mesh.bounds().max(), Vec3(500000.1001, 0.075, 5200000.3251));
     EXPECT_LT(mesh.rounding_m, 1e-3);
   }
-  // Two vertices that single precision could not tell apart though near the origin.
+  // Two vertices that single precision could not distinguish, although near the origin.
   const TriangleMesh near =
       import_mesh(file("near.obj", "v 0 0 0\nv 1 0.1234567890123 0\nv 0 1 0\nv 0 0 1\n" + faces));
   EXPECT_EQ(near.bounds().max().x(), 1);
   EXPECT_TRUE(std::ranges::count(near.vertices, Vec3(1, 0.1234567890123, 0)) == 1);
 }
 
-// Quads and concave polygons are cut as they are near the origin.
+// Quads and concave polygons are triangulated as near the origin.
 TEST_F(MeshImport, PolygonsFarFromTheOriginAreTriangulated) {
   const auto text = [](double x) {
     std::string vertices;

@@ -1,5 +1,4 @@
-// Meshes that are primitives are found as such, at any place and turn; those that nearly are, are
-// not.
+// Meshes that are primitives are recognised at any position and orientation; near misses are not.
 #include "geometry/primitive_fit.h"
 
 #include <gtest/gtest.h>

@@ -31,13 +31,13 @@ using testing::HasSubstr;
 
 double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
 
-// Of both together, where they may cross.
+// Of both meshes, which may cross.
 double volume_of_union(const TriangleMesh& a, const TriangleMesh& b) {
   const InsideTest in_a(a), in_b(b);
   Bounds box = a.bounds();
   box.extend(b.bounds());
   Philox random(1, Stream::test, 0);
-  // Of what b adds, by points in it: few points are enough as it is small.
+  // Volume that b adds, by random points: few are enough because it is small.
   Bounds small = b.bounds();
   int added = 0;
   constexpr int kPoints = 20000;
@@ -77,7 +77,7 @@ TriangleMesh cup(double radius, double height, uint32_t sides = 32) {
   return mesh;
 }
 
-// Each clean mesh with each kind of dirt, in the units of watches and of ships.
+// Each clean mesh with each kind of damage, in the units of watches and of ships.
 class DirtyMesh : public testing::TestWithParam<std::tuple<size_t, size_t>> {};
 
 TEST_P(DirtyMesh, BecomesASolidOfTheSameVolume) {
@@ -118,7 +118,7 @@ TEST(Repair, KeepsAHollowAndDropsAPieceInside) {
   EXPECT_TRUE(find_mesh_defects(hollow).empty());
   EXPECT_NEAR(volume(repair_mesh(hollow).mesh), volume(outer) - volume(inner), 1e-9);
   EXPECT_NEAR(volume(repair_mesh(joined(outer, inner)).mesh), volume(outer), 1e-9);
-  // And all of it turned.
+  // Also with all triangles reversed.
   const TriangleMesh turned = test::turned_inside_out(outer);
   EXPECT_NEAR(volume(repair_mesh(turned).mesh), volume(outer), 1e-9);
 }
@@ -159,11 +159,11 @@ TEST(Decimation, KeepsABallWhole) {
   EXPECT_LT(last, ball.triangles.size() / 20);
 }
 
-// Three corners around: of two of them the third is a neighbour though the three are no triangle,
-// and where two become one there the tube is pinched.
+// Three corners around the tube: for two of them the third is a common neighbour although the three
+// form no triangle. If two were merged, the tube would be pinched.
 TEST(Decimation, PinchesNoTube) {
   for (const double error : {0.01, 0.05, 0.2}) {
-    // That it touches itself is for its caller to see.
+    // Self-contact is for its caller to check.
     for (const MeshDefect& defect :
          find_mesh_defects(decimated(test::torus_mesh(1, 0.1, 90, 3), error))) {
       EXPECT_EQ(defect.kind, MeshDefectKind::self_touching) << defect.text;
@@ -171,7 +171,7 @@ TEST(Decimation, PinchesNoTube) {
   }
 }
 
-// Boards that run through one another, as those of a chair: flat parts meet at steps of the grid.
+// Intersecting boards, as in a chair: flat parts touch at steps of the grid.
 TEST(Wrap, OfFlatBoardsHasFewTriangles) {
   TriangleMesh boards = box_mesh({1, 0.1, 0.9});
   for (const double x : {-0.4, 0.4}) {
@@ -186,7 +186,7 @@ TEST(Wrap, OfFlatBoardsHasFewTriangles) {
   EXPECT_LT(solid.mesh.triangles.size(), 8000u);  // of 60,000
 }
 
-// A box without its lid: what closes it is where one half of all directions meet the box.
+// A box without its lid: the closing surface is where half of all directions hit the box.
 TEST(Wrap, ClosesAnOpeningWhereTheWindingNumberIsOneHalf) {
   TriangleMesh box = box_mesh({1, 1, 1});
   std::erase_if(box.triangles, [&](const Triangle& t) {
@@ -235,13 +235,13 @@ TEST(Solid, ASheetNeedsAThickness) {
   EXPECT_THAT(refusal(sheet), HasSubstr("thickness_m"));
   const Solid solid = make_solid(sheet, {.thickness_m = 0.01});
   EXPECT_TRUE(find_mesh_defects(solid.mesh).empty());
-  // Its area times the thickness, and half a round all along its border.
+  // Its area times the thickness, and a half cylinder along the whole border.
   const double body = 0.3 * 0.2 * 0.01, border = kPi / 2 * 0.005 * 0.005 * 2 * (0.3 + 0.2);
   EXPECT_NEAR(volume(solid.mesh) / (body + border), 1, 0.03);
   EXPECT_THAT(refusal(sheet, {.thickness_m = 1e-5}), HasSubstr("expected at least"));
 }
 
-// Whether back and front have the same diagonals or not: then it is a closed mesh without a volume.
+// With equal or different diagonals on both sides; if equal, it is a closed mesh without volume.
 TEST(Solid, ASheetWithBothItsSides) {
   const std::vector<Triangle> front = {{0, 2, 1}, {1, 2, 3}};
   for (const std::vector<Triangle>& back :
@@ -359,7 +359,7 @@ TEST_F(SolidCacheTest, DamagedFilesAreMadeAnew) {
   const std::string whole = read_file(file);
   std::string flipped = whole;
   flipped[whole.size() / 2] ^= 0x10;
-  // With a right digest, but another program's.
+  // With a valid digest, but from another program.
   const std::string other = "\xa1\x61x\x01";
   for (const std::string& damaged :
        {flipped, whole.substr(0, whole.size() / 2), std::string(), whole.substr(0, 32),

@@ -47,7 +47,7 @@ TEST(SphereFit, MoreSpheresFitBetter) {
     EXPECT_LT(fit.volume_error, previous) << count;
     previous = fit.volume_error;
   }
-  // Seven balls in a row of the pole's volume: excess and missing parts of about a seventh each.
+  // Seven balls in a row with the pole's volume: excess and missing parts of about a seventh each.
   EXPECT_LT(previous, 0.35);
 }
 

@@ -1,4 +1,4 @@
-// Which rotations map shapes onto themselves.
+// Rotations that map shapes onto themselves.
 
 #include "geometry/symmetry.h"
 
@@ -15,7 +15,7 @@ namespace {
 constexpr double kTolerance = 0.01;
 
 Symmetries of(TriangleMesh mesh) {
-  // Turned, so that no axis is one of the frame.
+  // Rotated, so that no axis is one of the frame's.
   const Mat3 turn = Philox(3, Stream::test, 0).rotation().toRotationMatrix();
   for (Vec3& vertex : mesh.vertices) vertex = turn * vertex;
   return find_symmetries(mesh, kTolerance * mesh.bounds().diagonal().norm());
@@ -72,7 +72,7 @@ TEST(Symmetries, AreRotations) {
   }
 }
 
-// What one corner of eight has that the others lack is seen.
+// A difference in one of eight corners is detected.
 TEST(Symmetries, ACornerThatIsCutBreaksThem) {
   TriangleMesh box = box_mesh({1, 2, 3});
   box.vertices.front() *= 0.95;

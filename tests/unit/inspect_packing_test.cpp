@@ -1,5 +1,4 @@
-// The measures of beds (tests/support/packing.h) on arrangements whose fill is known in closed
-// form.
+// The measures of beds (tests/support/packing.h) on arrangements with a known solid share.
 #include "support/packing.h"
 
 #include <gtest/gtest.h>
@@ -112,8 +111,8 @@ TEST(Packing, TheProfileOfASphereOnTheAxis) {
   }
 }
 
-// Rings of 0.1 whose porosity falls by 0.2 a diameter, and points on that line but for an offset,
-// in a unit of 2 diameters.
+// Rings of 0.1 whose porosity falls by 0.2 per diameter, and points on that line with an offset, in
+// units of 2 diameters.
 TEST(MeasuredProfile, DiffersByWhatItWasMovedBy) {
   std::vector<double> porosity;
   for (int ring = 0; ring < 20; ++ring) porosity.push_back(0.9 - 0.2 * 0.1 * (ring + 0.5));
@@ -132,7 +131,7 @@ TEST(MeasuredProfile, DiffersByWhatItWasMovedBy) {
 }
 
 TEST(PackedSolids, HaveTheirFacesAndVolumes) {
-  // Edge^3 over volume, and corners.
+  // Edge^3 over volume, and number of corners.
   struct Known {
     int faces;
     double cubed_edge;

@@ -1,4 +1,4 @@
-// Piles whose faults are known.
+// Piles with known faults.
 #include "core/rotation.h"
 #include "inspect/pile_inspection.h"
 
@@ -49,12 +49,12 @@ class PileInspection : public testing::Test {
   BodyStates states;
 };
 
-// A pile that drifts for ever, awake and far slower than what moves, has not settled.
+// A pile that drifts for ever, awake and far slower than a moving one, has not settled.
 TEST_F(PileInspection, WhatCreepsIsNotAtRest) {
   add_box(Vec3(0, kEdge / 2, 0), 0);
   add_box(Vec3(1, kEdge / 2, 0), 0);
   add_box(Vec3(2, kEdge / 2, 0), kAsleep);
-  add_box(Vec3(3, kEdge / 2, 0), 0);  // not there before
+  add_box(Vec3(3, kEdge / 2, 0), 0);  // absent before
   EarlierPlaces earlier{.ago_s = 0.5, .position = states.position, .flags = states.flags};
   earlier.flags[4] = 0;
   const double unit = std::sqrt(9.81 * kDiameter / 2);
@@ -68,11 +68,11 @@ TEST_F(PileInspection, WhatCreepsIsNotAtRest) {
 }
 
 TEST_F(PileInspection, HowDeepABodyIsInTheOneItIsDeepestIn) {
-  add_box(Vec3(0, 0.49 * kEdge, 0));                // in the ground
-  add_box(Vec3(0, 1.46 * kEdge, 0));                // in the one below
-  add_box(Vec3(0, 2.26 * kEdge, 0));                // in the one below, deeper than that in its
-  add_box(Vec3(5, kEdge, 0));                       // alone
-  add_box(Vec3(5.9 * kEdge, 5 * kEdge, 0), kHeld);  // in what is held, too
+  add_box(Vec3(0, 0.49 * kEdge, 0));  // in the ground
+  add_box(Vec3(0, 1.46 * kEdge, 0));  // in the one below
+  add_box(Vec3(0, 2.26 * kEdge, 0));  // in the one below, deeper than that one is in its own
+  add_box(Vec3(5, kEdge, 0));         // alone
+  add_box(Vec3(5.9 * kEdge, 5 * kEdge, 0), kHeld);  // also inside a fixed one
   add_box(Vec3(5.1 * kEdge, 5 * kEdge, 0), kAsleep);
   add(1, Role::fixed, Vec3(5.1 * kEdge, 5.3 * kEdge, 0));
   add_box(Vec3(5, kEdge, 0));
@@ -95,7 +95,7 @@ TEST_F(PileInspection, ASoundStack) {
 
 TEST_F(PileInspection, MeasuresPenetrationOfBoxesAndPlane) {
   add_box(Vec3(0, kEdge / 2 - 0.003, 0));
-  add_box(Vec3(0, 1.5 * kEdge - 0.008, 0));  // 5 mm in the lower one
+  add_box(Vec3(0, 1.5 * kEdge - 0.008, 0));  // penetrates the lower one by 5 mm
   const PileQuality quality = inspect();
   EXPECT_EQ(quality.overlapping_pairs, 2);
   EXPECT_NEAR(quality.deepest_penetration_m, 0.005, 1e-12);
@@ -105,7 +105,7 @@ TEST_F(PileInspection, MeasuresPenetrationOfBoxesAndPlane) {
 TEST_F(PileInspection, FindsWhatFloats) {
   add_box(Vec3(0, kEdge / 2, 0));
   add_box(Vec3(0, 1.5 * kEdge + 0.02, 0));  // a gap of 0.06 D
-  add_box(Vec3(3, 1, 0));                   // two that lie on each other, and on nothing
+  add_box(Vec3(3, 1, 0));                   // two that lie on each other but on nothing else
   add_box(Vec3(3, 1 + kEdge, 0));
   const PileQuality quality = inspect();
   EXPECT_EQ(quality.floating, 3);
@@ -116,7 +116,7 @@ TEST_F(PileInspection, FindsWhatFloats) {
 TEST_F(PileInspection, WhatMovesNeitherFloatsNorRests) {
   add_box(Vec3(0, 2, 0), 0);
   states.linear_velocity.back() = Vec3(0, -1, 0);
-  add_box(Vec3(2, kEdge / 2, 0), 0);  // awake and still
+  add_box(Vec3(2, kEdge / 2, 0), 0);  // awake and at rest
   add_box(Vec3(4, kEdge / 2, 0), 0);
   states.angular_velocity.back() = Vec3(0, 3, 0);
   const PileQuality quality = inspect();
@@ -144,10 +144,10 @@ TEST_F(PileInspection, ANeedleThatTurnsAboutItsAxisRests) {
 TEST_F(PileInspection, FindsWhatEscaped) {
   add_box(Vec3(0, -1, 0));
   EXPECT_EQ(inspect().escaped, 1);
-  // Sunk by half is deep, but not through.
+  // Half inside is deep, but not through.
   add_box(Vec3(2, 0, 0));
   EXPECT_EQ(inspect().escaped, 1);
-  // Without a plane: below all that is fixed.
+  // Without a plane: below all fixed bodies.
   model.shapes[0] = model.shapes[1];
   states.position[1] = Vec3(0.5, -1, 0);
   EXPECT_EQ(inspect().escaped, 1);
@@ -175,8 +175,8 @@ TEST_F(PileInspection, MeasuresAgainstAMesh) {
   EXPECT_EQ(quality.floating, 0);
 }
 
-// A box, a ball, an upright drum and a hull lie side by side on one long box, each sunk by its own
-// depth.
+// A box, a ball, an upright drum and a hull side by side on one long box, each with its own
+// penetration depth.
 TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
   using Kind = CollisionPiece::Kind;
   const double r = kEdge / 2;
@@ -207,7 +207,7 @@ TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
 }
 
 TEST_F(PileInspection, AgreesWithEveryPairTakenAlone) {
-  // A random heap: the deepest and the number of pairs, from pairs of boxes in order.
+  // A random heap: the deepest overlap and the number of pairs, from all pairs of boxes.
   for (int i = 0; i < 40; ++i) {
     add_box(Vec3(0.13 * (i % 4), 0.6 + 0.15 * (i / 16), 0.14 * (i / 4 % 4)));
   }

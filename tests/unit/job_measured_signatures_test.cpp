@@ -1,4 +1,4 @@
-// Signatures that no scene names: measured once for each geometry and material, and kept.
+// Signatures that no scene names: measured once for each geometry and material, and cached.
 #include "job/measured_signatures.h"
 
 #include <gmock/gmock.h>
@@ -54,7 +54,7 @@ class MeasuredSignatures : public testing::Test {
         scene_.bodies.emplace_back(Body{.name = name, .shape = "brick", .material = material});
     body.pose.position.y() = height_m;
   }
-  // Of `from` to `to` times the brick's size, some of each of two.
+  // Bodies of two sizes, `from` and `to` times the brick's.
   void add_in_sizes(double from, double to) {
     Emitter emitter{.name = "sized", .shapes = {"brick"}, .material = "wood"};
     emitter.sizes = Sizes{.from = from, .to = to, .steps = 2};
@@ -102,7 +102,7 @@ TEST_F(MeasuredSignatures, AreMeasuredOnceAndTheSameAtAnyNumberOfThreads) {
   const auto first = measured();
   ASSERT_THAT(first, SizeIs(1));
   ASSERT_THAT(cached(), SizeIs(1));
-  // Whatever the scene's seed is.
+  // Independent of the scene's seed.
   scene_.seed = 99;
   EXPECT_EQ(measure(), 0);
   EXPECT_EQ(measured(), first);
@@ -119,7 +119,7 @@ TEST_F(MeasuredSignatures, AreMeasuredOnceAndTheSameAtAnyNumberOfThreads) {
 
 TEST_F(MeasuredSignatures, AreOfTheMaterialOfEachBody) {
   add("b", "rubber", 2);
-  add("c", "oak", 3);  // like wood
+  add("c", "oak", 3);  // equal to wood
   EXPECT_EQ(measure(), 2);
   const auto bytes = measured();
   ASSERT_THAT(bytes, SizeIs(3));
@@ -143,7 +143,7 @@ TEST_F(MeasuredSignatures, OfAnotherSizeAreScaled) {
   }
   const Signature &own = *by_size.at(1), &twice = *by_size.at(2);
 
-  // As it is measured.
+  // The object that is measured.
   scene_.shapes["brick"] = BoxShape{{0.4, 0.2, 0.6}};
   scene_.emitters.clear();
   EXPECT_EQ(measure(), 1);
@@ -160,7 +160,7 @@ TEST_F(MeasuredSignatures, OfAnotherSizeAreScaled) {
   EXPECT_EQ(twice.responses.mean, own.responses.mean);
 }
 
-// A mesh is measured by its solid; the cache knows it by that, wherever its file lies.
+// The solid of a mesh is measured and identifies it in the cache, wherever its file is.
 TEST_F(MeasuredSignatures, OfMeshesFollowFromTheMesh) {
   write_obj(box_mesh({0.2, 0.1, 0.3}), directory_ / "brick.obj");
   write_obj(box_mesh({0.2, 0.1, 0.3}), directory_ / "same.obj");
@@ -170,7 +170,7 @@ TEST_F(MeasuredSignatures, OfMeshesFollowFromTheMesh) {
   make_simulator(scene_, model_)->step_frame();
   scene_.shapes["brick"] = MeshShape{.file = directory_ / "same.obj"};
   EXPECT_EQ(measure(), 0);
-  // However the scene has it collide.
+  // Independent of the scene's collision shape.
   MeshShape coarse{.file = directory_ / "same.obj"};
   coarse.collision = CollisionKind::decomposition;
   coarse.decomposition_max_pieces = 2;

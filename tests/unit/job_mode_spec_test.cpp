@@ -10,7 +10,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// A dynamic mesh, a mesh within a dynamic compound, a static mesh and a box.
+// A dynamic mesh, a mesh inside a dynamic compound, a static mesh and a box.
 Scene scene() {
   Scene scene;
   scene.shapes["ring"] = MeshShape{.file = "/ring.obj"};
@@ -57,7 +57,7 @@ TEST(ModeSpecTest, RunsAreComparedForTheWholeDuration) {
               ElementsAre("/simulator/mode=impulse", "/until=duration"));
 }
 
-// The scene's checks say what modes there are: a mode that comes later needs nothing here.
+// The scene's checks know the modes: new modes need nothing here.
 TEST(ModeSpecTest, TakesModesThatItDoesNotKnow) {
   EXPECT_EQ(overrides("mixed:hull40")[0], "/simulator/mode=mixed");
 }

@@ -36,7 +36,7 @@ TEST(RestDrops, AFairDieShowsEachFaceOnceInSix) {
   constexpr uint32_t kDrops = 300;
   const auto poses = of_source(find_poses(box_mesh({0.016, 0.016, 0.016}), kDrops), "simulation");
   ASSERT_EQ(poses.size(), 6);
-  // Six intervals of 95% fail together too often: four deviations of a share of 1/6.
+  // Six 95% intervals fail together too often: four standard deviations of a share of 1/6.
   const double deviation = std::sqrt(5.0 / 36 / kDrops);
   EXPECT_THAT(poses, Each(Field(&KnownRestPose::probability, DoubleNear(1.0 / 6, 4 * deviation))));
   EXPECT_THAT(poses, Each(Field(&KnownRestPose::height_m, DoubleNear(0.008, 4e-5))));
@@ -47,7 +47,7 @@ TEST(RestDrops, AFairDieShowsEachFaceOnceInSix) {
   }
 }
 
-// Geometry gives its pairs of faces 33.4, 13.1 and 3.5% a face.
+// Geometry gives its pairs of faces 33.4, 13.1 and 3.5% per face.
 TEST(RestDrops, ABrickLiesOnItsLargeFacesAndStandsOnItsSides) {
   constexpr uint32_t kDrops = 300;
   const auto poses = find_poses(box_mesh({0.01, 0.02, 0.04}), kDrops);
@@ -58,7 +58,7 @@ TEST(RestDrops, ABrickLiesOnItsLargeFacesAndStandsOnItsSides) {
     EXPECT_NEAR(dropped[i].height_m, i < 2 ? 0.005 : 0.01, 5e-5) << i;
   }
   for (const RestPoseComparison& f : compare_rest_poses(poses, kDrops)) {
-    // Rolling with inertia shifts less than a percent (measured with 5,000 drops).
+    // Rolling with inertia shifts less than a per cent (measured with 5,000 drops).
     const double share = std::abs(f.up.x()) > 0.5   ? 0.334
                          : std::abs(f.up.y()) > 0.5 ? 0.131
                                                     : 0.035;
@@ -84,11 +84,11 @@ TEST_P(RestDropsOfAssets, AgreeWithGeometryOnWhichPosesExist) {
 INSTANTIATE_TEST_SUITE_P(All, RestDropsOfAssets,
                          testing::Values("rabbit", "l_shape", "stick", "ring"));
 
-// The scale is no part of it but for rounding.
-// Rounding takes single drops to other ends, but not more of them to one pose than to another.
+// Scale matters only through rounding. Rounding changes the end of single drops, but favours no
+// pose.
 TEST(RestDrops, DoNotDependOnTheSizeOfTheBody) {
   constexpr uint32_t kDrops = 300;
-  std::array<std::array<double, 3>, 2> ends{};  // by size and axis that is up
+  std::array<std::array<double, 3>, 2> ends{};  // by size and by axis that points up
   for (size_t size = 0; size < 2; ++size) {
     const Vec3 edges = (size == 0 ? 0.01 : 10.0) * Vec3(1, 2, 3);
     const auto drops = drop_to_rest(

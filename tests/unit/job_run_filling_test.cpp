@@ -1,4 +1,4 @@
-// Bodies of a guide, taken over from a run instead of filling the guide again.
+// Bodies of a guide taken from a run instead of another filling.
 #include "job/run_filling.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-// Cubes and balls in turn that are to fill a guide, amid other bodies.
+// Cubes and balls in turn that should fill a guide, among other bodies.
 struct Filled : SmallModel {
   explicit Filled(bool is_mould) {
     const uint32_t stone = material(0, 0.5), wood = material(0, 0.7, 500);
@@ -25,7 +25,7 @@ struct Filled : SmallModel {
   }
 };
 
-// Of those two were left out, so that names are of other shapes.
+// Two of them were removed, so that names belong to other shapes.
 TrajectoryHeader run_of(const std::vector<std::pair<std::string, uint32_t>>& bodies) {
   TrajectoryHeader run;
   for (const char* name : {"box", "sphere", "plane"}) run.shapes.push_back({.name = name});

@@ -47,8 +47,8 @@ TEST(RunCheckpoint, OfAnotherBuildGivesItsBodies) {
   EXPECT_THROW(checkpoint.require(wanted), Error) << "it does not resume";
 }
 
-// Where this fails, other builds' runs are not read any more: raise the version of
-// core/checkpoint_file.cpp, and take the hash that it then has.
+// If this fails, runs of other builds cannot be read any more: raise the version in
+// core/checkpoint_file.cpp, and pin the new hash.
 TEST(RunCheckpoint, HasTheLayoutOfItsVersion) {
   const fs::path directory = a_directory("checkpoint_layout");
   write_last_states(directory, kKey, "/scenes/pile.json", two_bodies());

@@ -1,4 +1,4 @@
-// Files, CBOR and other people's readers that ask for more than there is.
+// Files, CBOR and third-party readers that request more than is present.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -32,7 +32,7 @@ TEST(ReadFile, RefusesWhatIsNoRegularFile) {
             "gives in a file");
   const std::string pipe = testing::TempDir() + "a_pipe";
   std::filesystem::remove(pipe);
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);  // that nobody writes into
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);  // without a writer
   EXPECT_THAT(text(pipe), HasSubstr("is a device, a pipe or a socket"));
   std::filesystem::remove(pipe);
   EXPECT_THAT(text("/tmp"), HasSubstr("cannot be read: Is a directory"));
@@ -45,13 +45,13 @@ TEST(ReadFile, HoldsToItsLimit) {
   EXPECT_EQ(read_file(file, 10), "0123456789");
   EXPECT_EQ(test::error_text([&] { read_file(file, 9); }, ErrorKind::input),
             file + ": has 10 bytes or more; expected at most 9");
-  std::filesystem::resize_file(file, uint64_t{1} << 40);  // a hole, which takes no room
+  std::filesystem::resize_file(file, uint64_t{1} << 40);  // sparse: it takes no room
   EXPECT_THAT(test::error_text([&] { read_file(file); }, ErrorKind::input),
               HasSubstr("1099511627776"));
   EXPECT_THAT(test::error_text([&] { read_json_file(file); }, ErrorKind::input),
               HasSubstr("at most"));
   std::filesystem::remove(file);
-  EXPECT_FALSE(read_file("/proc/self/status").empty());  // whose size is said to be 0
+  EXPECT_FALSE(read_file("/proc/self/status").empty());  // its reported size is 0
 }
 
 std::string cbor_error(const std::string& bytes) {
@@ -65,7 +65,7 @@ TEST(ParseCbor, ReadsWhatIsWritten) {
                          {"c", {{"text", "\u00e9"}, {"empty", json::array()}}}};
   const std::vector<uint8_t> bytes = json::to_cbor(document);
   EXPECT_EQ(parse_cbor(std::string(bytes.begin(), bytes.end())), document);
-  // Whatever is cut off or added.
+  // Whatever is cut off or appended.
   for (size_t size = 0; size < bytes.size(); ++size) {
     cbor_error(std::string(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(size)));
   }

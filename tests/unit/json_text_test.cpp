@@ -81,7 +81,7 @@ TEST(JsonText, SyntaxErrorsHavePlaceAndReason) {
             "literal");
 }
 
-// What follows it would be read, or left out, unseen: it ends comments and texts for the parser.
+// The parser ends comments and texts there, so further text would be read or skipped unnoticed.
 TEST(JsonText, AByteZeroIsAnError) {
   using namespace std::string_literals;
   for (const std::string& text : {"{\"a\": 1 // b\0}"s, "{}\0 x"s, "\"\0\""s}) {
@@ -113,7 +113,7 @@ TEST(JsonText, ObjectsOfVeryManyKeysAreRefusedBeforeTheyTakeTheirSquare) {
   EXPECT_EQ(parse_json(object_of_keys(30'000), "s.json").size(), 30'000u);
   EXPECT_THAT(parse_failure(object_of_keys(200'000)),
               HasSubstr("follows one key too many; expected objects of fewer keys"));
-  // Many objects of many keys as well, and what was closed before does not count.
+  // Many objects of many keys are fine: closed objects do not count.
   std::string many = "[" + object_of_keys(5'000);
   for (int i = 0; i < 60; ++i) many += ',' + object_of_keys(5'000);
   EXPECT_THAT(parse_failure(many + ']'), HasSubstr("follows one key too many"));

@@ -22,7 +22,7 @@ using ::testing::Not;
 
 constexpr double kRounding = 1e-6;  // OBJ files hold floats
 
-// Scenes beside meshes in a directory of their own; decompositions are cached there too.
+// Scenes beside meshes in their own directory; decompositions are cached there too.
 class SceneModel : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -41,7 +41,7 @@ class SceneModel : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(directory_); }
 
-  // The model of a scene with the given shapes, and bodies and so on in `entries`.
+  // The model of a scene with the given shapes, and other keys in `entries`.
   Model build(const std::string& shapes, const std::string& entries = "\"bodies\": []") {
     const std::string text = R"({"version": 1, "materials": {"m": {"density_kg_m3": 500}},
       "shapes": {)" + shapes +
@@ -73,7 +73,7 @@ TEST_F(SceneModel, BodyFramesAreAtTheCentreOfMass) {
   EXPECT_NEAR(shape.mass.inertia_m5(0, 0), 6.0 / 12 * (4 + 9), 1e-5);
   EXPECT_NEAR(shape.bounding_radius, std::sqrt(1 + 4 + 9) / 2, kRounding);
   EXPECT_NEAR(shape.smallest_extent, 1, kRounding);
-  // The file's frame stands at (0, 5, 0): its point (10, 0, 0) is at -10 z after a quarter turn.
+  // The file's frame is at (0, 5, 0): its point (10, 0, 0) is at -10 z after a quarter turn.
   EXPECT_NEAR((model.bodies[0].pose.position - Vec3(0, 5, -10)).norm(), 0, 1e-5);
   EXPECT_NEAR(model.bodies[0].mass_kg, 3000, 1e-2);
 }
@@ -131,7 +131,7 @@ TEST_F(SceneModel, EachCollisionKindHasItsPieces) {
   EXPECT_THAT(pieces.collision_report, HasSubstr("decomposition: 1 piece"));
 }
 
-// What is recognised collides as it is; its mass stays the mesh's.
+// A recognised primitive is its own collision shape; its mass stays the mesh's.
 TEST_F(SceneModel, MeshesThatArePrimitivesCollideAsThese) {
   const Pose pose{{3, -1, 2}, Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()))};
   const auto write = [&](TriangleMesh mesh, const char* name) {
@@ -139,7 +139,7 @@ TEST_F(SceneModel, MeshesThatArePrimitivesCollideAsThese) {
     write_obj(mesh, directory_ / name);
     return mass_properties(mesh);
   };
-  // A capsule along y: two balls apart.
+  // A capsule along y: the hull of two separate balls.
   TriangleMesh capsule = sphere_mesh(0.2, 4);
   for (Vec3& vertex : capsule.vertices) vertex.y() += vertex.y() > 0 ? 0.3 : -0.3;
   std::vector<Vec3> points = capsule.vertices;
@@ -181,7 +181,7 @@ TEST_F(SceneModel, MeshesThatArePrimitivesCollideAsThese) {
   EXPECT_EQ(model.shapes[4].pieces[0].kind, CollisionPiece::Kind::hull);
 }
 
-// A closed box with the coordinates of a map is the box.
+// A closed box with map coordinates is recognised as the box.
 TEST_F(SceneModel, MeshesFarFromTheirOriginKeepTheirShape) {
   for (const char* collision : {"auto", "hull", "decomposition"}) {
     std::ofstream(directory_ / "map.obj")
@@ -266,7 +266,7 @@ TEST_F(SceneModel, AMeshMayBeSizedByItsLongestSide) {
 }
 
 TEST_F(SceneModel, AMeshWhoseZIsUpIsTurned) {
-  // Its centre is at (10, 0, 0); so that the sign of z is seen it is moved.
+  // Its centre is at (10, 0, 0); it is moved to make the sign of z visible.
   TriangleMesh box = box_mesh({1, 2, 3});
   for (Vec3& vertex : box.vertices) vertex += Vec3(10, 20, 30);
   write_obj(box, directory_ / "z_up.obj");
@@ -283,7 +283,7 @@ TEST_F(SceneModel, AMeshWhoseZIsUpIsTurned) {
     if (turned.pieces[0].kind != CollisionPiece::Kind::hull) continue;
     EXPECT_LT((turned.pieces[0].hull.bounds().sizes() - Vec3(0.5, 1.5, 1)).norm(), kRounding);
   }
-  // Turned, not mirrored: its triangles still face outward.
+  // Rotated, not mirrored: its triangles still face outward.
   EXPECT_EQ(failure("\"o\": {" + shape + R"(, "up": "z", "solid": "exact"})"), "");
   EXPECT_LT(
       (build("\"o\": {" + shape + R"(, "up": "y"})").shapes[0].origin_offset - Vec3(5, 10, 15))
@@ -443,8 +443,8 @@ void add_box(TriangleMesh& mesh, const Vec3& low, const Vec3& high, bool inward 
 struct GuideMesh {
   std::string name;
   TriangleMesh mesh;
-  double volume_m3;  // of what it encloses
-  std::string done;  // that the report says
+  double volume_m3;  // enclosed
+  std::string done;  // as reported
 };
 
 std::vector<GuideMesh> guides_to_mend() {
@@ -468,11 +468,11 @@ std::vector<GuideMesh> guides_to_mend() {
   add_box(mesh, {0, 0, 0}, {1, 2, 1});
   mesh.triangles.insert(mesh.triangles.end(), mesh.triangles.begin(), mesh.triangles.end());
   guides.push_back({"doubled", mesh, 2, "solid: "});
-  mesh = {};  // both outward: no hollow
+  mesh = {};  // both outward: no cavity
   add_box(mesh, {0, 0, 0}, {2, 2, 2});
   add_box(mesh, {0.5, 0.5, 0.5}, {1.5, 1.5, 1.5});
   guides.push_back({"nested", mesh, 8, "solid: "});
-  mesh = {};  // beside each other, with a wall in between
+  mesh = {};  // side by side, with a wall in between
   add_box(mesh, {0, 0, 0}, {1, 1, 1});
   add_box(mesh, {1, 0, 0}, {2, 1, 1});
   guides.push_back({"wall", mesh, 2, "solid: "});
@@ -491,7 +491,7 @@ std::vector<GuideMesh> guides_to_mend() {
   return guides;
 }
 
-// Whatever is inside of it would be a wall to what fills it.
+// Anything inside it would be a wall for the bodies that fill it.
 TEST_F(SceneModel, AGuideIsMadeASolidAsABodyIs) {
   for (const GuideMesh& guide : guides_to_mend()) {
     write_obj(guide.mesh, directory_ / (guide.name + ".obj"));

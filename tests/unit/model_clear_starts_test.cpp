@@ -1,4 +1,4 @@
-// Bodies that start inside others are moved or reported, and nothing else changes.
+// Bodies that start inside others are moved or reported; nothing else changes.
 
 #include "model/clear_starts.h"
 
@@ -53,7 +53,7 @@ TEST(ClearStarts, DisksAtOnePlaceKnowEachOther) {
   EXPECT_GT(both.starts_moved, 5u);
   EXPECT_THAT(both.start_overlaps, IsEmpty());
   EXPECT_LE(deepest_of_balls(both), 1e-12);
-  for (size_t i = 0; i < 40; ++i) {  // those that were there first stay
+  for (size_t i = 0; i < 40; ++i) {  // earlier ones stay
     EXPECT_EQ(both.bodies[i].pose.position, alone.bodies[i].pose.position);
   }
   for (const ModelBody& body : both.bodies) {  // and all are within the disk
@@ -86,7 +86,7 @@ TEST(ClearStarts, WhatStandsStillIsInTheWayAtAnyTime) {
     EXPECT_GT(model.starts_moved, 3u) << more;
     EXPECT_THAT(model.start_overlaps, IsEmpty()) << more;
     for (size_t i = 1; i < model.bodies.size(); ++i) {
-      // The box is from x = 0.4 on.
+      // The box starts at x = 0.4.
       EXPECT_LE(model.bodies[i].pose.position.x(), 0.3 + 1e-12) << more << i;
     }
   }
@@ -126,7 +126,7 @@ TEST(ClearStarts, TouchingIsNoOverlapNorIsWhoComesLater) {
               IsEmpty());
 }
 
-// Of streams at one place only the first bodies of each meet: those behind them wait.
+// Only the first bodies of streams at one place overlap: later ones wait.
 TEST(ClearStarts, BodiesThatWaitForEachOtherStartInsideNothing) {
   const auto streams = [](const std::string& more) {
     const auto stream = [&](const std::string& name) {
@@ -142,13 +142,13 @@ TEST(ClearStarts, BodiesThatWaitForEachOtherStartInsideNothing) {
   EXPECT_EQ(both.start_overlaps[0].b, 20u);
   EXPECT_EQ(find_start_overlaps(both).size(), 1u);
   EXPECT_THAT(build(streams(", \"start_s\": 1")).start_overlaps, IsEmpty());
-  // For what stands still nobody waits.
+  // No body waits for fixed ones.
   const std::string wall = R"("bodies": [{"shape": "box", "material": "m", "role": "static",
     "position": [0.5, 1, 0]}], )";
   EXPECT_EQ(build(wall + streams(", \"start_s\": 1")).start_overlaps.size(), 40u);
 }
 
-// Sticks whose bounding balls overlap much are clear of one another all the same.
+// Sticks with strongly overlapping bounding spheres may still be clear of one another.
 TEST(ClearStarts, ShapesCountAndNotTheirBalls) {
   const Model model = build(R"("emitters": [{"name": "s", "type": "grid", "shape": "stick",
     "material": "m", "count": [10, 1, 10], "spacing": [0.03, 1, 0.03], "orientation": [1, 0, 0, 0]}])");
@@ -163,7 +163,7 @@ TEST(ClearStarts, WhereThereIsNoRoomItIsSaid) {
   EXPECT_EQ(model.start_overlaps.size(), find_start_overlaps(model).size());
 }
 
-// A box of many triangles that collides as a mesh, and a plane, against the closed form.
+// A box of many triangles with a mesh as collision shape, and a plane, against the closed form.
 TEST(BodyDistances, AreOfWhatCollides) {
   const Model model = build(R"("bodies": [
     {"shape": "plane", "material": "m", "role": "static"},

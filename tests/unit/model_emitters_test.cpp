@@ -166,7 +166,7 @@ TEST(Emitters, VolumeIsFilledFromTheBottomAndInside) {
 
 TEST(Emitters, AVolumeIsNotFilledBeyondWhatASceneMayHold) {
   const TriangleMesh mesh = box_mesh({1, 1, 1});
-  const Emitter overfull = emitter(VolumeSource{.spacing = 0.00765});  // 131 a side
+  const Emitter overfull = emitter(VolumeSource{.spacing = 0.00765});  // 131 per side
   EXPECT_EQ(unroll(overfull, 0, kSeed, 1, &mesh).size(), static_cast<size_t>(kMostBodies) + 1);
 }
 

@@ -1,4 +1,4 @@
-// Joints and chains of a scene as the model has them.
+// Joints and chains of a scene in the model.
 #include <gmock/gmock.h>
 
 #include "core/error.h"
@@ -35,7 +35,7 @@ std::string failure(const std::string& more) {
   return "";
 }
 
-// Where a joint's point is on its body a, and on b or in the world.
+// Position of a joint's point on body a, and on b or in the world.
 std::array<Vec3, 2> points(const Model& model, const ModelJoint& joint) {
   const auto world = [&](uint32_t body, const Vec3& point) {
     return body == ModelJoint::kWorld ? point : model.bodies[body].pose.apply(point);
@@ -67,7 +67,7 @@ TEST(ModelJoints, HoldWhatTheSceneSays) {
   for (const Vec3& point : points(model, ball)) EXPECT_LT((point - Vec3(1, 2, 0)).norm(), 1e-12);
 }
 
-// By default bodies collide that can come loose, and with a plane, which they would fall through.
+// By default bodies collide if they can separate, and with a plane, through which they would fall.
 TEST(ModelJoints, BodiesThatStayTogetherDoNotCollide) {
   const auto kept_apart = [](const std::string& joint) {
     return model_of(R"("joints": [{"type": "ball", "point": [0, 0, 0], )" + joint + "}]")
@@ -121,7 +121,7 @@ TEST(ModelChains, AFreeEndHangsOnNothing) {
             2U);
 }
 
-// Links have names as bodies of emitters do.
+// Links are named like bodies of emitters.
 TEST(ModelChains, LinksAreNamedByEvents) {
   const std::string chain = R"("chains": [{"name": "c", "shape": "s", "material": "m",
     "count": 3, "from": [0, 4, 0], "to": [0, 3, 0]}], )";
@@ -145,11 +145,12 @@ TEST(ModelChains, NamesAreOnesOfTheirOwn) {
   EXPECT_THAT(failure(R"("chains": [)" + chain(R"("name": "a")") + "]"),
               HasSubstr(R"(/bodies/1/name: is "a" like /chains/0)"));
   EXPECT_THAT(failure(R"("emitters": [{"name": "c", "type": "grid", "shape": "s", "material": "m",
-    "count": [1, 1, 1], "spacing": [1, 1, 1], "centre": [0, 9, 0]}], "chains": [)" + c + "]"),
+    "count": [1, 1, 1], "spacing": [1, 1, 1], "centre": [0, 9, 0]}], "chains": [)" +
+                      c + "]"),
               HasSubstr(R"(/chains/0/name: is "c" like /emitters/0)"));
 }
 
-// The keys of a hinge on it alone, and what is left out where it has no meaning.
+// Keys of a hinge on its own, and omitted keys that have no meaning.
 TEST(ModelJoints, KeysWithoutMeaningAreRefused) {
   const auto joint = [](const std::string& keys) {
     return R"("joints": [{"a": "a", "point": [0, 0, 0], )" + keys + "}]";

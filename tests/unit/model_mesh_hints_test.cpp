@@ -18,12 +18,13 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// A brick of 1 x 0.5 x 0.4 about its origin, as thing.obj; others are made of it.
+// A brick of 1 x 0.5 x 0.4 about its origin, as thing.obj; tests derive others from it.
 class MeshHints : public testing::Test {
  protected:
   MeshHints() { write_obj(box_mesh({1, 0.5, 0.4}), scratch_ / "thing.obj"); }
 
-  // Of a scene with the shape "thing", `shape` being further keys of it, and `rest` of the scene's.
+  // Hints for a scene with the shape "thing"; `shape` are its further keys, `rest` those of the
+  // scene.
   std::vector<std::string> hints(const std::string& shape, const std::string& rest,
                                  const std::string& file = "thing.obj") {
     const std::string text = R"({"version": 1, "materials": {"m": {}}, "shapes": {
@@ -34,7 +35,7 @@ class MeshHints : public testing::Test {
     return describe_unlikely_meshes(scene, build_model(scene));
   }
 
-  // A scene in which the thing is poured, with `rest` besides.
+  // A scene in which the thing is poured, with the keys `rest`.
   std::vector<std::string> poured(double scale, const std::string& rest = "\"duration_s\": 5") {
     return hints(", \"scale\": " + std::to_string(scale),
                  R"("emitters": [{"name": "p", "type": "stream", "shape": "thing", "material": "m",
@@ -48,7 +49,7 @@ class MeshHints : public testing::Test {
 constexpr char kTable[] =
     R"("bodies": [{"name": "t", "shape": "table", "material": "m", "role": "static"}])";
 
-// What its vertex limit costs a hull is said where it is more than 1 % of the volume.
+// The volume that a hull loses by its vertex limit is reported above 1 %.
 TEST_F(MeshHints, AHullThatLosesMuchByItsLimitIsSaid) {
   TriangleMesh egg = sphere_mesh(0.5, 4);
   for (Vec3& vertex : egg.vertices) vertex.x() *= 1.3;
@@ -57,7 +58,7 @@ TEST_F(MeshHints, AHullThatLosesMuchByItsLimitIsSaid) {
   EXPECT_THAT(said(""), ElementsAre(AllOf(HasSubstr("hull of 96 vertices loses"),
                                           HasSubstr("\"hull_max_vertices\": 255 loses"))));
   EXPECT_THAT(said(R"(, "collision": "decomposition")"), IsEmpty());
-  // One that fits into its limit loses nothing.
+  // A hull within its limit loses nothing.
   EXPECT_THAT(hints("", kTable), IsEmpty());
   write_obj(cylinder_mesh(0.5, 1, 100), scratch_ / "wheel.obj");
   const auto wheel =
@@ -72,7 +73,7 @@ TEST_F(MeshHints, AHullThatLosesMuchByItsLimitIsSaid) {
               IsEmpty());
 }
 
-// Once a file, however many shapes are of it.
+// Once per file, however many shapes use it.
 TEST_F(MeshHints, TexturesThatCannotBeReadAreNamed) {
   std::ofstream(scratch_ / "box.mtl") << "newmtl wood\nKd 0.5 0.3 0.1\nmap_Kd planks.png\n";
   std::ofstream mesh(scratch_ / "textured.obj");
@@ -101,7 +102,7 @@ TEST_F(MeshHints, ThingsOfAnyUsualSizeAreTakenAsTheyAre) {
   }
 }
 
-// The median of the neighbours is what a shape is compared with, whatever unit it was given.
+// A shape is compared with the median of its neighbours, whatever its unit.
 TEST_F(MeshHints, ShapesAThousandTimesSmallerOrLargerThanTheirNeighboursAreNamed) {
   const auto among = [&](const std::string& scale, const std::string& role) {
     return hints(", \"scale\": " + scale + R"(}, "ball": {"type": "sphere", "radius": 0.4},
@@ -121,12 +122,12 @@ TEST_F(MeshHints, ShapesAThousandTimesSmallerOrLargerThanTheirNeighboursAreNamed
       EXPECT_THAT(among(scale, role), IsEmpty()) << role << scale;
     }
   }
-  // What stands may be larger: see below.
+  // Static bodies may be larger: see below.
   EXPECT_THAT(among("1000", "dynamic"),
               ElementsAre(HasSubstr("thing is 1e+03 m long, and others that move are 1 m long")));
 }
 
-// Boxes, balls and the like, too, whether they move or stand.
+// Boxes, balls and similar shapes as well, dynamic or static.
 TEST_F(MeshHints, WrittenShapesAThousandTimesSmallerThanTheirNeighboursAreNamed) {
   const auto among = [&](const std::string& shape, const std::string& role,
                          const std::string& rest = "\"duration_s\": 5") {
@@ -155,7 +156,7 @@ TEST_F(MeshHints, WrittenShapesAThousandTimesSmallerThanTheirNeighboursAreNamed)
     EXPECT_THAT(among(R"("type": "box", "size": [0.01, 0.02, 0.01])", role), IsEmpty()) << role;
     EXPECT_THAT(among(R"("type": "box", "size": [60, 60, 60])", role), IsEmpty()) << role;
   }
-  // The camera says what is meant.
+  // The camera shows the intended size.
   for (const auto& [away, count] : {std::pair("0.09", 0), {"0.2", 1}}) {
     EXPECT_THAT(among(R"("type": "sphere", "radius": 0.0005)", "dynamic",
                       R"("camera": {"position": [0, 0, )" + std::string(away) +
@@ -166,7 +167,7 @@ TEST_F(MeshHints, WrittenShapesAThousandTimesSmallerThanTheirNeighboursAreNamed)
 }
 
 TEST_F(MeshHints, CentimetresTakenForMetresAreSeenAndMended) {
-  // A mug of 10 cm as Blender's FBX and files in centimetres have it.
+  // A mug of 10 cm in Blender's FBX and in files in centimetres.
   write_obj(box_mesh({8, 10, 12}), scratch_ / "mug.obj");
   const std::string emitter = R"("emitters": [{"name": "p", "type": "disk", "shape": "thing",
     "material": "m", "radius": 0.4, "height": 1, "count": 2}])";
@@ -189,7 +190,7 @@ TEST_F(MeshHints, WhatStandsIsMeasuredAgainstWhatMoves) {
   EXPECT_THAT(hints(R"(, "scale": 15)", room), IsEmpty());
   EXPECT_THAT(hints(R"(, "scale": 500)", room),
               ElementsAre(HasSubstr("thing is 500 m long, and what moves is 0.02 m long")));
-  // A file in centimetres with no scale at all, and a desk that is one.
+  // A file in centimetres without a scale, and a correct desk.
   write_obj(box_mesh({120, 70, 80}), scratch_ / "desk.obj");
   EXPECT_THAT(hints("", room, "desk.obj"), ElementsAre(HasSubstr("120 m long, and it is large")));
   EXPECT_THAT(hints(R"(, "scale": 0.01)", room, "desk.obj"), IsEmpty());
@@ -224,7 +225,7 @@ TEST_F(MeshHints, TinyThings) {
   EXPECT_THAT(poured(0.0003, kTable), ElementsAre(HasSubstr("all that stands there is 1.")));
 }
 
-// Legs and a seat, standing on y = 0 or z = 0 of its file.
+// A stool with legs and a seat, standing on y = 0 or z = 0 of its file.
 TriangleMesh stool(bool is_z_up) {
   TriangleMesh stool;
   const auto add = [&](const Vec3& size, const Vec3& centre) {
@@ -276,11 +277,11 @@ TEST_F(MeshHints, FilesThatStandOnTheirZ) {
       }
       EXPECT_THAT(placed(R"(, "up": "z")", ""), IsEmpty()) << text;
       EXPECT_THAT(placed(R"(, "up": "y")", ""), IsEmpty()) << text;
-      // Turned by its author.
+      // Rotated by its author.
       EXPECT_THAT(placed("", R"(, "rotation_deg": [-90, 0, 0])"), IsEmpty()) << text;
     }
   }
-  // Where bodies start turned at random it matters to nobody.
+  // With random initial orientations it does not matter.
   EXPECT_THAT(hints("", R"("emitters": [{"name": "p", "type": "disk", "shape": "thing",
                        "material": "m", "radius": 0.4, "height": 1, "count": 2}])",
                     "stool.stl"),

@@ -1,4 +1,4 @@
-// Emitters of several shapes, sizes, materials and colours. And shapes that are made of boxes.
+// Emitters of several shapes, sizes, materials and colours; and shapes made of boxes.
 
 #include <gmock/gmock.h>
 
@@ -59,7 +59,7 @@ TEST(Mix, EachShapeHasItsMaterial) {
 TEST(Mix, SizesAreSharedAndScaleAllMeasures) {
   const Model model = build(R"("shape": "hammer", "material": "m",
     "sizes": {"from": 0.5, "to": 2, "steps": 4})");
-  EXPECT_EQ(model.shapes.size(), 3u + 3u);  // one of the sizes is the shape itself
+  EXPECT_EQ(model.shapes.size(), 3u + 3u);  // one of the sizes is the shape's own
   const ModelShape* plain = nullptr;
   for (const ModelShape& shape : model.shapes) {
     if (shape.name == "hammer") plain = &shape;
@@ -98,7 +98,7 @@ TEST(Mix, SizesFollowTheirDistribution) {
   EXPECT_NEAR(std::next(even.begin())->second, 1000, 130);
   const auto bell = sizes("normal");
   EXPECT_NEAR(std::next(bell.begin())->first, 1.25, 1e-12);
-  // The ends are exp(-2) as likely as the middle: 0.787 of 3000.
+  // The ends have exp(-2) of the middle's probability: 0.787 of 3000.
   EXPECT_NEAR(std::next(bell.begin())->second, 2361, 112);
 }
 
@@ -135,9 +135,9 @@ TEST(Mix, GlossIsDrawnForEachBodyWithinItsRange) {
   EXPECT_EQ(roughness.size(), model.bodies.size());
   EXPECT_EQ(clear_coat.size(), model.bodies.size());
   EXPECT_EQ(same_of_other_seed, 0);
-  // Evenly: five standard deviations of the mean of 3000 are 0.0106.
+  // Uniform: five standard deviations of the mean of 3000 are 0.0106.
   EXPECT_NEAR(sum / static_cast<double>(model.bodies.size()), 0.4, 0.0106);
-  // All else is drawn as without it.
+  // All other random values are the same without it.
   const Model without = build(plain);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     EXPECT_EQ(model.bodies[i].pose.orientation.coeffs(),
@@ -175,7 +175,7 @@ TEST(Mix, WhatDoesNotFitIsRefused) {
               AllOf(HasSubstr("/emitters/0/clear_coat/1: is 1.5"), HasSubstr("from 0 to 1")));
   EXPECT_THAT(fault(one + R"("roughness": 0.3)"),
               AllOf(HasSubstr("/emitters/0/roughness: is 0.3"), HasSubstr("[least, most]")));
-  // Nothing to draw from is no colour, and no weights are none at all.
+  // An empty palette is no colour, and empty weights are not equal weights.
   for (const std::string key : {"palette", "weights"}) {
     EXPECT_THAT(fault(R"("shape": "a", "material": "m", ")" + key + "\": []"),
                 HasSubstr("/emitters/0/" + key +
@@ -201,7 +201,7 @@ double pieces_overlap_m3(const std::vector<BoxPart>& parts) {
 }
 
 TEST(Furniture, HasTheVolumeOfItsWallsAndStandsOnItsOrigin) {
-  // Outer box less the inside.
+  // Outer box minus the inside.
   const ModelShape bin = furniture(R"("type": "bin", "size": [1, 0.5, 2], "thickness": 0.1)");
   EXPECT_NEAR(bin.mass.volume_m3, 1.2 * 0.6 * 2.2 - 1 * 0.5 * 2, 1e-12);
   EXPECT_EQ(bin.pieces.size(), 5u);

@@ -1,4 +1,4 @@
-// Which meshes are rooms.
+// Recognition of meshes that are rooms.
 #include "support/room.h"
 
 #include <gtest/gtest.h>

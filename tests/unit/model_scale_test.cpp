@@ -21,7 +21,7 @@ class ScaledShape : public ::testing::Test {
  protected:
   ScaledShape() {
     setenv("XDG_CACHE_HOME", directory_.path().c_str(), 1);
-    // A box of 1 x 2 x 3 whose centre is at (10, 0, 0), and a tetrahedron like no mirror image.
+    // A box of 1 x 2 x 3 with its centre at (10, 0, 0), and an asymmetric tetrahedron.
     TriangleMesh box = box_mesh({1, 2, 3});
     for (Vec3& vertex : box.vertices) vertex += Vec3(10, 0, 0);
     write_obj(box, directory_ / "box.obj");
@@ -53,7 +53,7 @@ class ScaledShape : public ::testing::Test {
 void expect_mass(const ModelShape& shape, const MassProperties& wanted) {
   EXPECT_NEAR(shape.mass.volume_m3, wanted.volume_m3, 1e-6 * wanted.volume_m3);
   EXPECT_LT((shape.mass.inertia_m5 - wanted.inertia_m5).norm(), 1e-5 * wanted.inertia_m5.norm());
-  // By its surface as it is drawn: a triangle that faced inward would take from it.
+  // From its drawn surface: a triangle facing inward would reduce it.
   EXPECT_NEAR(mass_properties(shape.mesh).volume_m3, wanted.volume_m3, 1e-5 * wanted.volume_m3);
   EXPECT_TRUE(find_mesh_defects(shape.mesh).empty());
 }
@@ -93,7 +93,7 @@ TEST_F(ScaledShape, BallsAndCylindersStayRound) {
               HasSubstr("/shapes/s/scale"));
 }
 
-// Mirrored it has the same volume, and products of inertia with one mirrored axis change sign.
+// The mirror image has the same volume, and products of inertia with one mirrored axis change sign.
 TEST_F(ScaledShape, AMirroredMeshIsASolid) {
   const ModelShape plain = build(R"({"type": "mesh", "file": "corner.obj", "scale": [1, 2, 0.5]})");
   EXPECT_NEAR(plain.mass.volume_m3, 1, 1e-6);
@@ -112,7 +112,7 @@ TEST_F(ScaledShape, AMirroredMeshIsASolid) {
   }
 }
 
-// Along the file's own axes, whichever of them points up.
+// Along the file's own axes, whichever points up.
 TEST_F(ScaledShape, ScalesBeforeTheFileIsTurnedUp) {
   const ModelShape shape =
       build(R"({"type": "mesh", "file": "box.obj", "scale": [1, 1, 2], "up": "z"})");

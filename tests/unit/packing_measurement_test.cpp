@@ -16,7 +16,7 @@ class PackingMeasurement : public testing::Test {
  protected:
   ~PackingMeasurement() override { set_thread_count(available_threads()); }
 
-  // With a signature of few trials.
+  // With a signature from few trials.
   void take(const TriangleMesh& mesh) {
     sampling_.mesh = directory_ / "object.obj";
     write_obj(mesh, sampling_.mesh);
@@ -59,7 +59,7 @@ TEST_F(PackingMeasurement, StartsAreApartAndKeyedByTheSeed) {
   }
 }
 
-// Half of them are dropped, half are thrown; none reaches another one.
+// Half of them are dropped, half are thrown; none reaches another.
 TEST_F(PackingMeasurement, BodiesAloneGoTheirWays) {
   take(box_mesh({0.4, 0.1, 0.2}));
   const PourTrial trial(object(), PourKind::alone);
@@ -77,7 +77,8 @@ TEST_F(PackingMeasurement, BodiesAloneGoTheirWays) {
   const PourFigures figures = trial.run(*make_simulator(scene, model));
   const double r = object().outer_radius_m, g = scene.gravity.norm();
   const double speed = 2 * std::sqrt(g * r);
-  // At least half of its way to the ground, at most that and what friction leaves it, and bounces.
+  // At least half of its way to the ground; at most that plus bounces and the motion that friction
+  // leaves.
   const double falls = speed * std::sqrt(2 * 4 * r / g) / r;
   EXPECT_GT(figures.thrown, 0.5 * falls);
   EXPECT_LT(figures.thrown, falls + 2 * speed * speed / (2 * 0.5 * g) / r);
@@ -85,11 +86,11 @@ TEST_F(PackingMeasurement, BodiesAloneGoTheirWays) {
   EXPECT_GT(figures.dropped, 0.1);
 }
 
-// A ball packs as itself, to what the engines pack otherwise: loosely, as balls do that were
-// poured. It rolls, so its heap is flat.
+// A ball packs like itself, up to differences between the engines: loosely, like poured balls. It
+// rolls, so its heap is flat.
 TEST_F(PackingMeasurement, ABallIsItsOwnSphereAtAnyNumberOfThreads) {
   take(sphere_mesh(0.05, 2));
-  // Of the faceted ball's volume, which its corners reach beyond.
+  // From the faceted ball's volume, beyond which its corners reach.
   const double own_m = std::cbrt(3 * object().volume_m3 / (4 * kPi));
   set_thread_count(3);
   const Packing packing = measure();

@@ -1,4 +1,4 @@
-// Section 5.2 of the dissertation as it is written, on states made by hand.
+// Section 5.2 of the dissertation to the letter, on hand-made states.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct Boxes : SmallModel {
 };
 
 // 5.2.3: rho_i d / (1 + |v|) against tau. The structure has room for 16 cubes of the median box,
-// and one lies in its lowest layer.
+// and one is in its lowest layer.
 TEST(PileAsWritten, WhatScoresMoreThanTauSleeps) {
   for (const double speed : {0.0, 1.0}) {
     for (const double distance_m : {0.0, 0.1}) {
@@ -49,8 +49,8 @@ TEST(PileAsWritten, WhatScoresMoreThanTauSleeps) {
   }
 }
 
-// 5.2.4: when a layer becomes denser than 0.8 all wake, wherever they are, and are simulated for
-// some time; what stays as dense wakes nothing again.
+// 5.2.4: when a layer becomes denser than 0.8 all bodies wake, wherever they are, and are simulated
+// for some time; a layer that stays as dense wakes nothing again.
 TEST(PileAsWritten, ALayerThatBecomesTooDenseWakesAllOnce) {
   // A steep cone for 16 cubes is four layers high, and 8 of them are 0.86 of the lowest one.
   std::vector<Vec3> centres = {{30, kEdge / 2, 0}};
@@ -69,7 +69,8 @@ TEST(PileAsWritten, ALayerThatBecomesTooDenseWakesAllOnce) {
   EXPECT_EQ(std::ranges::count(world.asleep, 0), 0);
 }
 
-// 5.2.4: "it is necessary to wake the entire pile". Ours wakes what the hit can move.
+// 5.2.4: "it is necessary to wake the entire pile". The project's method wakes the bodies that the
+// impact can move.
 TEST(PileAsWritten, AHardHitWakesTheWholePile) {
   Boxes boxes({{0, kEdge / 2, 0}, {30, kEdge / 2, 0}, {0, 0.5, 0}});
   for (const double speed : {1.0, 50.0}) {

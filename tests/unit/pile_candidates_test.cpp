@@ -1,4 +1,4 @@
-// Which bodies may be held: each of the guide's limits, on one cube of 1 m.
+// Which bodies may be fixed: each of the guide's limits, on one cube of 1 m.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ std::vector<SupportPoint> corners(double half_width, double slope, double fricti
 }
 
 TEST(Candidates, AnInclineBetweenBothFrictionsIsFiltered) {
-  const Guide guide;  // stands up to 0.7, is held up to 0.6
+  const Guide guide;  // stands up to 0.7, is fixed up to 0.6
   EXPECT_EQ(standing(guide, corners(0.5, std::atan(0.59))), Standing::passed);
   EXPECT_EQ(standing(guide, corners(0.5, std::atan(0.61))), Standing::filtered);
   EXPECT_EQ(standing(guide, corners(0.5, std::atan(0.69))), Standing::filtered);
@@ -58,7 +58,7 @@ TEST(Candidates, ContactsCloseTogetherAreFiltered) {
   EXPECT_EQ(standing(guide, corners(0.98 * limit, 0)), Standing::filtered);
 }
 
-// Pinched between two walls it stands on friction alone, and would be pressed from above.
+// Pinched between two walls it stands by friction alone, and would be pressed from above.
 TEST(Candidates, ContactsThatDoNotPointUpDoNotCount) {
   std::vector<SupportPoint> walls;
   for (const double side : {-1.0, 1.0}) {
@@ -72,7 +72,7 @@ TEST(Candidates, ContactsThatDoNotPointUpDoNotCount) {
   EXPECT_EQ(standing(guide, walls), Standing::passed);
   guide.least_normal_up = 0;  // the dissertation's
   EXPECT_EQ(standing(guide, walls), Standing::failed);
-  // A wedge that narrows upwards: its sides press down, so -0.5 leaves them and -0.9 counts them.
+  // A wedge that narrows upwards: its sides press down, so -0.9 counts them and -0.5 does not.
   for (SupportPoint& wall : walls) {
     wall.normal = Vec3(wall.normal.x() * std::cos(radians(40)), -std::sin(radians(40)), 0);
     wall.friction = 2;

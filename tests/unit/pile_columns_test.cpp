@@ -1,4 +1,4 @@
-// The ground that bodies cover.
+// The ground area that bodies cover.
 #include <gtest/gtest.h>
 
 #include "geometry/primitives.h"

@@ -48,8 +48,8 @@ struct Container : SmallModel {
     return count;
   }
 
-  // What is in the sides, or beyond them and below their rim, and has not come over it. To be asked
-  // in each frame; `came_over` is (body), empty at first.
+  // Number of bodies in the sides, or beyond them and below their rim without having come over it.
+  // Call it in each frame; `came_over` is (body), empty at first.
   int beside(const BodyStates& states, std::vector<uint8_t>& came_over) const {
     came_over.resize(model.bodies.size(), 0);
     int count = 0;
@@ -66,8 +66,8 @@ struct Container : SmallModel {
   uint32_t first = 0;
 };
 
-// 20 boxes fill at most 1 m x 1 m x 0.27 m at the density of loose boxes. That one tumbles onto the
-// rim is chance; none goes through the sides.
+// 20 boxes fill at most 1 m x 1 m x 0.27 m at the density of loose boxes. One may tumble onto the
+// rim by chance; none passes through the sides.
 TEST(PileInAContainer, StaysInsideUntilItIsFull) {
   constexpr int kPiles = 6;
   int outside = 0;
@@ -88,11 +88,11 @@ TEST(PileInAContainer, StaysInsideUntilItIsFull) {
   EXPECT_LE(outside, 2) << "of " << 20 * kPiles;
 }
 
-// The container and a pyramid of 40 degrees on top have 0.54 m^3. The surface that is to have that
-// shape is of the boxes' tops, half an edge over where boxes would be cut off: of 0.44 m^3 loose
-// boxes fill more than half and less than three quarters, 27 to 41 of 80 boxes.
+// The container and a pyramid of 40 degrees on top have 0.54 m^3. The surface with that shape is
+// that of the boxes' tops, half an edge higher than the pyramid. Loose boxes fill more than half
+// and less than three quarters of the remaining 0.44 m^3: 27 to 41 of 80 boxes.
 TEST(PileInAContainer, RisesOverTheRimAndSpills) {
-  constexpr int kPiles = 6;         // a box more or less on top is chance
+  constexpr int kPiles = 6;         // one box more or less on top is chance
   std::array<double, 5> surplus{};  // m, mean of the piles, at each 0.1 m from the centre
   for (int pile = 0; pile < kPiles; ++pile) {
     const Container container(80, 0.1 * pile);
@@ -118,7 +118,7 @@ TEST(PileInAContainer, RisesOverTheRimAndSpills) {
   }
 }
 
-// On ice nothing takes momentum away: what the ball loses the woken boxes have.
+// On ice nothing takes momentum away: the woken boxes have the momentum that the ball loses.
 TEST(PileThatIsHit, MomentumIsConserved) {
   SmallModel small;
   small.scene.frame_rate = 60;

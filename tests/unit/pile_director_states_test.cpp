@@ -1,4 +1,4 @@
-// The repose director on states made by hand: what sleeps, what wakes, what is steered.
+// The repose director on hand-made states: which bodies sleep, wake and are steered.
 #include <gtest/gtest.h>
 
 #include "pile/repose/repose_director.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kEdge = 0.2;
 
-// Ground 0 and boxes where they are put, under a pile around the origin.
+// Ground 0 and boxes at given positions, under a pile around the origin.
 struct Boxes : SmallModel {
   explicit Boxes(const std::vector<Vec3>& centres, double angle_deg = 35) {
     scene.step_s = 1.0 / 120;
@@ -22,7 +22,8 @@ struct Boxes : SmallModel {
   uint32_t wood, shape;
 };
 
-// A square of so many boxes on each side, touching each other, in layers that get smaller.
+// Layers of touching boxes in squares, with this number on each side of the lowest, getting
+// smaller.
 std::vector<Vec3> pyramid(int layers) {
   std::vector<Vec3> centres;
   for (int layer = 0; layer < layers; ++layer) {
@@ -68,7 +69,7 @@ TEST(PileSleep, StillBodiesSleepFromTheGroundUp) {
   EXPECT_GT(steps_until_sleep[3], steps_until_sleep[2]);
 }
 
-// What creeps faster than rest sleeps by its score: deep in the pile, and by the threshold.
+// Bodies that creep too fast for rest sleep by their score: deep in the pile, and by the threshold.
 TEST(PileSleep, TheScoreAgainstTauPutsWhatCreepsToSleep) {
   for (const double tau : {0.5, 0.95}) {
     Boxes boxes(pyramid(5));
@@ -127,7 +128,7 @@ TEST(PileSleep, WhatIsPressedIntoASleeperWakesIt) {
   EXPECT_TRUE(woke);
 }
 
-// On the ground, on it, in the air, and half inside the one on the ground.
+// On the ground, on that one, in the air, and half inside the one on the ground.
 TEST(PilePlausibility, CountsSleepersThatHangAndThatAreInsideOthers) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {1, 0.7, 0}, {0.1, 0.1, 0}});
   ConstructedWorld world(boxes);
@@ -146,7 +147,7 @@ TEST(PilePlausibility, CountsSleepersThatHangAndThatAreInsideOthers) {
   EXPECT_EQ(counts.inside, 1) << "the other one is awake";
 }
 
-// Between two that stand on the ground, off the ground itself.
+// Between two that stand on the ground, without touching it.
 TEST(PileSupport, ASleeperMayBeWedgedInFromBothSides) {
   const Boxes boxes({{-0.2, 0.1, 0}, {0, 0.15, 0}, {0.2, 0.1, 0}});
   for (const bool both : {true, false}) {
@@ -167,7 +168,7 @@ TEST(PileSupport, ASleeperMayBeWedgedInFromBothSides) {
   }
 }
 
-// Contacts may be a little apart, as engines keep them.
+// Contacts may have a small gap, as engines keep them.
 TEST(PileSupport, WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
   for (const bool is_near : {true, false}) {
@@ -214,7 +215,7 @@ TEST(PileWaking, WhatLosesItsSupportWakesAndWhatItCarriesToo) {
   EXPECT_EQ(world.asleep, (std::vector<uint8_t>{0, 1, 0, 0, 1}));
 }
 
-// A tower over a broad pile exceeds its surface.
+// A tower on a broad pile exceeds its surface.
 TEST(PileWaking, AnAvalancheWakesWhatExceedsTheSurfaceAndNothingElse) {
   std::vector<Vec3> centres = pyramid(5);
   const auto tower = static_cast<uint32_t>(centres.size() + 1);
@@ -252,7 +253,7 @@ TEST(PileWaking, AWokenBodyIsLeftItsGrace) {
   }
 }
 
-// Not after what flies over it, nor after what lies elsewhere.
+// Neither bodies flying over it nor distant ones count.
 TEST(PileDrift, AConeWithoutAPlaceFollowsTheMeanOfWhatLiesInItsReach) {
   Boxes boxes({{0, 0.1, 0}, {0.3, 0.1, 0}, {0.3, 0.1, 0.3}, {-0.1, 1, -0.1}, {5, 0.1, 0}});
   boxes.scene.piles[0].centre.reset();
@@ -264,7 +265,7 @@ TEST(PileDrift, AConeWithoutAPlaceFollowsTheMeanOfWhatLiesInItsReach) {
   EXPECT_LT((director.piles()[0].shape->middle() - GroundPoint(0.2, 0.1)).norm(), 1e-3);
 }
 
-// Three pyramids, of which two stand under each other's slopes.
+// Three pyramids; two of them stand under each other's slopes.
 TEST(PileSlopes, ConesThatHaveRunTogetherShareOne) {
   std::vector<Vec3> centres;
   for (const double x : {0.0, 0.6, 6.0}) {
@@ -287,7 +288,7 @@ TEST(PileSlopes, ConesThatHaveRunTogetherShareOne) {
   EXPECT_EQ(piles[2].slope.azimuths, 16) << "it stands alone";
 }
 
-// Around the line through their middles, where all 16 parts are free.
+// Around the line through their centres, where all 16 parts are free.
 TEST(PileSlopes, ConesInARowAreMeasuredAsARidge) {
   for (const double off : {0.0, 0.5}) {
     std::vector<Vec3> centres;
@@ -316,7 +317,7 @@ TEST(PileSlopes, ConesInARowAreMeasuredAsARidge) {
   }
 }
 
-// Where much must pass outwards, what stands out of the surface goes; the rest is needed.
+// Where much must pass outwards, bodies above the surface wake; the others are needed.
 TEST(PileWaking, OfAMesaWakesWhatStandsOutOfIt) {
   std::vector<Vec3> centres;
   for (int layer = 0; layer < 4; ++layer) {
@@ -336,7 +337,7 @@ TEST(PileWaking, OfAMesaWakesWhatStandsOutOfIt) {
   EXPECT_TRUE(world.asleep[flat - 60]) << "in the middle of the top";
 }
 
-// A sleeper right under the mean surface holds the slope, where bulk must pass over it.
+// A sleeper right under the mean surface holds the slope over which bodies must pass.
 TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
   std::vector<Vec3> centres;
   for (int layer = 0; layer < 3; ++layer) {
@@ -358,7 +359,7 @@ TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
     const double outflow = pile.ideal.outflow(distance_m, round);
     const double over_m = 2.5 * kEdge - pile.ideal.height_m(distance_m, round);
     const double under_m = pile.ideal.surplus_m(distance_m, round) - over_m;
-    // Below the layer that the speed of the outflow makes, yet within a body of the surface.
+    // Below the layer that the outflow's speed defines, but within one body of the surface.
     if (outflow < 0.5 || under_m < (0.5 * outflow + 0.02) * kEdge || under_m > 0.75 * kEdge)
       continue;
     ++under;
@@ -367,7 +368,7 @@ TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
   EXPECT_GE(under, 4);
 }
 
-// Far over the surface of a pile that wants filling. What the director wakes falls asleep again.
+// Far above the surface of a pile that needs filling. Woken bodies fall asleep again.
 TEST(PileWaking, WhatFallsAsleepByTheSimulatorsOwnRuleIsNotWokenForEver) {
   std::vector<Vec3> centres = pyramid(5);
   const auto top = static_cast<uint32_t>(centres.size() + 1);
@@ -435,7 +436,7 @@ TEST(PileSteering, NothingIsSteeredThatOnlyTouchesWhatFlies) {
   EXPECT_EQ(world.friction[2], 0.5);
 }
 
-// It lies still where it may stay, and would sleep at once.
+// It rests where it may stay, and would sleep at once.
 TEST(PileWaking, AStillBodyIsLeftItsGraceAndThenSleepsAgain) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
   ConstructedWorld world(boxes);
@@ -472,13 +473,13 @@ TEST(PileSteering, BetweenTwoBouncesABodyFallsFreely) {
   EXPECT_DOUBLE_EQ(world.velocity_asked[bouncing].y(), -1);
 }
 
-// What struck it shows only by its velocity; high over the pile it was another falling body.
+// Only its velocity shows what it hit; high above the pile that was another falling body.
 TEST(PileSteering, ABounceBetweenTwoDecisionsIsATouch) {
   for (const double height_m : {kEdge * 5.2, kEdge * 9}) {
     std::vector<Vec3> centres = pyramid(5);
     const auto bouncing = static_cast<uint32_t>(centres.size() + 1);
     centres.emplace_back(0.3, height_m, 0);
-    const Boxes boxes(centres, 55);  // steeper than it is: what lies on it is to stay
+    const Boxes boxes(centres, 55);  // steeper than the pile: bodies on it should stay
     ConstructedWorld world(boxes);
     rest_on_what_is_below(world);
     for (uint32_t body = 1; body < bouncing; ++body) world.asleep[body] = 1;

@@ -15,7 +15,7 @@ namespace {
 using test::smallest_friction;
 using test::tilt_margin;
 
-constexpr double kFine = 1e-9;  // tolerance where a limit is looked for
+constexpr double kFine = 1e-9;  // tolerance near limits
 
 EquilibriumSolver fine_solver() { return EquilibriumSolver(kFine); }
 
@@ -72,7 +72,7 @@ TEST(Equilibrium, ALadderNeedsTheFrictionOfItsAngle) {
     solver.set_body(Vec3::Zero(), 1, contacts);
     EXPECT_EQ(solver.solve().stable, friction > 0.5 / std::tan(angle)) << friction;
   }
-  // Wall and ground of one friction: tan = (1 - mu^2) / (2 mu).
+  // Wall and ground with equal friction: tan = (1 - mu^2) / (2 mu).
   const double tangent = std::tan(angle);
   EXPECT_NEAR(
       smallest_friction(solver, 1, {{-along, Vec3::UnitY(), 1}, {along, -Vec3::UnitX(), 1}}),
@@ -119,7 +119,7 @@ TEST(Equilibrium, NoFrictionMayBeEnough) {
             std::numeric_limits<double>::infinity());
 }
 
-// A pyramid of friction over fixed tangents would take less between them.
+// A friction pyramid over fixed tangents would allow less between them.
 TEST(Equilibrium, FrictionIsTheSameInAllDirections) {
   EquilibriumSolver solver = fine_solver();
   const Vec3 up = Vec3(0.3, 1, 0.3).normalized();
@@ -132,7 +132,7 @@ TEST(Equilibrium, SpreadIsOfTheLargestTriangle) {
   for (const double x : {0.0, 1.0, 2.0, 0.5}) contacts.push_back({Vec3(x, 0, 0), Vec3::UnitY(), 0});
   EXPECT_EQ(contact_spread({}, 1), 0);
   EXPECT_EQ(contact_spread(contacts, 1), 0);
-  // Two that nearly coincide do not hide the triangle, as they do in (6.2).
+  // Two nearly coincident ones do not hide the triangle, as they do in (6.2).
   contacts.push_back({Vec3(0, 0, 1), Vec3::UnitY(), 0});
   contacts.push_back({Vec3(0, 0, 1 + 1e-9), Vec3::UnitY(), 0});
   EXPECT_NEAR(contact_spread(contacts, 1), 2, 1e-6);

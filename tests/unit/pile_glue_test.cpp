@@ -1,4 +1,4 @@
-// The least glue that a pile needs, against closed forms and the analysis of whole piles.
+// The least glue for a pile, against closed forms and the analysis of whole piles.
 #include <cmath>
 
 #include "pile/glue/glue.h"
@@ -11,7 +11,7 @@ namespace pilesim {
 namespace {
 
 struct GluePile {
-  std::vector<GlueBody> bodies = {{Vec3::Zero(), 1, 0}};  // what stands by itself
+  std::vector<GlueBody> bodies = {{Vec3::Zero(), 1, 0}};  // a fixed body
   std::vector<GlueContact> contacts;
   Vec3 up = Vec3::UnitY();
 
@@ -27,7 +27,7 @@ struct GluePile {
       contacts.push_back({a, b, middle + corner, normal, friction});
     }
   }
-  // Solved, and certified.
+  // Solves it, and certifies the solution.
   GlueSolution solve() const {
     const GlueSolution solution = least_glue(bodies, contacts, up);
     EXPECT_TRUE(solution.is_solved) << solution.iterations;
@@ -68,8 +68,8 @@ TEST(Glue, AHangingBlockNeedsItsWeight) {
   EXPECT_NEAR((solution.force.back() - kY).norm(), 0, 1e-4);
 }
 
-// A beam at a wall: its weight times the arm is a couple over the height of the joint, and what
-// that pushes below carries the weight by friction.
+// A beam at a wall: its weight times the arm is a couple over the height of the joint, and the
+// force below carries the weight by friction.
 TEST(Glue, ACantileverNeedsItsCouple) {
   constexpr double kArm = 4, kHalfHeight = 1;
   GluePile pile;
@@ -78,9 +78,9 @@ TEST(Glue, ACantileverNeedsItsCouple) {
   EXPECT_NEAR(pile.glue_kg(), 1.5 * kArm / (2 * kHalfHeight), 1e-3);
 }
 
-// A beam of many blocks, each glued to the next: what m of them need is their weight times half
-// their length over the height. The largest force is a hundred thousand weights, and rounding
-// leaves more of it than of a weight.
+// A beam of many blocks, each glued to the next: m of them need their weight times half their
+// length over the height. The largest force is a hundred thousand weights, and its rounding exceeds
+// that of a weight.
 TEST(Glue, ALongBeamNeedsTheSumOfItsCouples) {
   constexpr int kBlocks = 500;
   GluePile pile;
@@ -94,7 +94,7 @@ TEST(Glue, ALongBeamNeedsTheSumOfItsCouples) {
   EXPECT_NEAR(pile.glue_kg(), wanted, 1e-4 * wanted);
 }
 
-// One contact carries no torque but by a patch, at a tenth of the radius.
+// One contact carries a torque only through a patch, at a tenth of the radius.
 TEST(Glue, ASingleContactHoldsByAPatch) {
   GluePile pile;
   const uint32_t body = pile.add(Vec3(0.5, 1, 0), 1, 2);
@@ -121,7 +121,7 @@ TEST(Glue, ALadderNeedsAFootThatDoesNotSlide) {
   }
 }
 
-// As in pile_whole_test.cpp: it stands from a friction on.
+// As in pile_whole_test.cpp: it stands above a certain friction.
 TEST(Glue, AnArchThatStandsNeedsNone) {
   const double wedge = radians(20);
   double low = 0, high = 1;
@@ -163,7 +163,7 @@ TEST(Glue, WhatHangsTogetherInTheAirIsLeftOut) {
   EXPECT_EQ(solution.force.back(), Vec3::Zero());
 }
 
-// Balls of different masses that touch where they are near, in a heap on the ground.
+// Balls of different masses in a heap on the ground, in contact where they are near.
 GluePile random_pile(uint64_t seed, double friction) {
   Philox random(11, Stream::test, seed);
   GluePile pile;
@@ -189,7 +189,7 @@ GluePile random_pile(uint64_t seed, double friction) {
   return pile;
 }
 
-// A block that hangs by a spot of glue, and what that is too weak for.
+// A block that hangs by a spot of glue, and one too heavy for it.
 TEST(Glue, ASpotGivesWhatItHasTheStrengthFor) {
   for (const double strength_kg : {3.0, 1.2}) {
     GluePile pile;
@@ -210,8 +210,8 @@ TEST(Glue, ASpotGivesWhatItHasTheStrengthFor) {
   }
 }
 
-// A beam held by a spot alone, which it touches no more: the couple of its weight is within the
-// spot's strength, or is not.
+// A beam held only by a spot, without contact: the couple of its weight is within the spot's
+// strength, or is not.
 TEST(Glue, ASpotHoldsACouple) {
   for (const double strength_kgm : {7.0, 5.0}) {
     GluePile pile;

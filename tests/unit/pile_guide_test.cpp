@@ -16,7 +16,7 @@ namespace pilesim {
 namespace {
 
 // A column of cubes of 0.2 m, or `scale` times that, on the ground: bodies 1 .. count, from below.
-// Time runs with the root of the scale, so that all columns move alike.
+// Time scales with the root of the scale, so that all columns move alike.
 struct Column : SmallModel {
   explicit Column(int count, double scale = 1) {
     scene.frame_rate = 60 / std::sqrt(scale);
@@ -63,7 +63,7 @@ TEST(Guide, BodiesOutsideItAreLeftAlone) {
   EXPECT_EQ(simulator.frames().back().counts.held, 2);
 }
 
-// A leaning column: its upper half hangs over, and each cube alone would stand.
+// A leaning column: its upper half overhangs, but each cube alone would stand.
 TEST(Guide, HoldsAsAWholeWhatStandsBodyByBody) {
   for (const bool control : {true, false}) {
     Column column(6);
@@ -91,7 +91,7 @@ TEST(Guide, AHitKnocksLooseWhatItCouldMoveAtAnyScale) {
   }
 }
 
-// Each is given with a tenth of it in the next. They come apart, slowly, before they are held.
+// Each starts a tenth inside the next. They separate slowly before they are fixed.
 TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
   Column column(6);
   for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.y() = 0.1 + 0.18 * (i - 1);
@@ -113,7 +113,7 @@ TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
   EXPECT_LT(fastest, 0.3) << "a fall through 5 mm";
 }
 
-// Else a high pile begins to lean before its overlaps are gone.
+// Otherwise a high pile would lean before its overlaps are gone.
 TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
   const auto control_steps = [](double spacing, int frames) {
     Column column(12);
@@ -127,15 +127,15 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
   // 40 steps: two periods.
   EXPECT_LE(control_steps(0.2, 10), 21);
   EXPECT_GT(control_steps(0.18, 10), 25);
-  // 100 steps: five, of overlaps that are gone in the first.
+  // 100 steps: five of them for overlaps, which are gone in the first.
   EXPECT_LE(control_steps(0.194, 25), 27);
 }
 
-// Whatever its mass: a guide is for piles that more is laid upon.
+// Whatever its mass: further objects may be placed on a guide's pile.
 TEST(Guide, WhatComesSlowlyIsNoHit) {
   Column column(5);
-  column.scene.guide->most_speed = 0.02;   // so that the ball is not held itself,
-  column.scene.guide->neighbours = false;  // nor frees the column by its touch alone
+  column.scene.guide->most_speed = 0.02;   // so that the ball itself is not fixed
+  column.scene.guide->neighbours = false;  // nor frees the column by mere contact
   const uint32_t ball = column.sphere(0.15);
   ModelBody& slow = column.body(ball, column.wood, {-0.27, 0.15, 0});
   slow.linear_velocity = {0.08, 0, 0};
@@ -263,7 +263,7 @@ TEST(Guide, NeedsTheImpulseMode) {
   EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
 }
 
-// Also of those that are many voxels wide, where most bodies are small.
+// Also bodies many voxels wide among mostly small ones.
 TEST(Guide, FitSeesAllOfALargeBody) {
   SmallModel large;
   const uint32_t stone = large.material(0, 0.7);
@@ -294,7 +294,7 @@ TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   EXPECT_EQ(measure_guide_fit(column.scene, column.model, states).bodies_inside, 0);
 }
 
-// Cubes of a quarter of a metre, whose middles are at `places`, in a guide of a cubic metre.
+// Cubes of a quarter of a metre centred at `places`, in a guide of one cubic metre.
 SurfaceProfile surface_of_cubes(const std::vector<Vec3>& places) {
   SmallModel cubes;
   const uint32_t wood = cubes.material(0, 0.7), cube = cubes.box(Vec3::Constant(0.25));
@@ -316,11 +316,11 @@ TEST(Guide, SurfaceOfAPileThatFillsABoxIsTheBoxs) {
     EXPECT_NEAR(ring.height_m, 1, 1e-9);
     EXPECT_NEAR(ring.guide_height_m, 1, 1e-9);
   }
-  // Without its topmost layer it is a quarter too low.
+  // Without its top layer it is a quarter too low.
   const SurfaceProfile low = surface_of_cubes({places.begin(), places.begin() + 48});
   EXPECT_NEAR(low.difference, 0.25, 1e-9);
   EXPECT_NEAR(low.slope_deg, 0, 1e-9);
-  // Beside it, eight in a layer, they are as much too high; far away they are only missing.
+  // Beside it, eight per layer, they are equally too high; far away they only count as missing.
   for (int i = 0; i < 16; ++i) {
     places[48 + i] = Vec3(0.625, 0.125, -0.375) + 0.25 * Vec3(i / 4 % 2, i / 8, i % 4);
   }
@@ -355,8 +355,8 @@ SurfaceProfile surface_of_cone(double radius, double height, const Vec3& place) 
   return measure_surface(heap.model, heap.states(), 0.02);
 }
 
-// A cone as high as wide; what has slumped to twice the plan has half the height, falls at half the
-// tangent over the root of two, and is off by what closed forms say.
+// A cone as high as wide. After slumping to twice the plan it has half the height, half the tangent
+// over the root of two as its slope, and the difference of the closed form.
 TEST(Guide, SurfaceOfAConeFallsAsTheConeAndLessWhereItHasSlumped) {
   const Vec3 place(7, 3, -2);
   const SurfaceProfile whole = surface_of_cone(1, 1, place);
@@ -368,12 +368,13 @@ TEST(Guide, SurfaceOfAConeFallsAsTheConeAndLessWhereItHasSlumped) {
   const SurfaceProfile slumped = surface_of_cone(std::sqrt(2.0), 0.5, place);
   EXPECT_NEAR(slumped.slope_deg, degrees(std::atan(0.5 / std::sqrt(2.0))), 0.7);
   EXPECT_NEAR(slumped.guide_slope_deg, whole.guide_slope_deg, 1e-9);
-  // Surfaces cross at r = (1 - 1/2) / (1 - 1 / sqrt(8)); as much lies beyond as is missing within.
+  // The surfaces cross at r = (1 - 1/2) / (1 - 1 / sqrt(8)); the volume beyond equals that missing
+  // within.
   const double r = 0.5 / (1 - 1 / std::sqrt(8.0));
-  const double missing = r * r * (0.5 / 3);  // of pi, as the guide's volume is a third
+  const double missing = r * r * (0.5 / 3);  // in pi, since the guide's volume is a third
   EXPECT_NEAR(slumped.difference, 2 * missing / (1 / 3.0), 0.04);
 
-  // Shifted sideways it falls as fast, but elsewhere.
+  // Shifted sideways it has the same slope elsewhere.
   EXPECT_GT(surface_of_cone(1, 1, place + Vec3(0.3, 0, 0)).difference, 0.25);
   // Below the guide's base there is no height.
   EXPECT_NEAR(surface_of_cone(1, 1, place - Vec3(0, 1, 0)).difference, 1, 1e-9);

@@ -1,4 +1,4 @@
-// Piles that are held by the least glue, simulated.
+// Simulated piles held by the least glue.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -41,12 +41,12 @@ TEST(HeldByGlue, AShelfStays) {
   ASSERT_TRUE(simulator.glue_figures().has_value());
   EXPECT_TRUE(simulator.glue_figures()->is_solved);
   EXPECT_LT(simulator.glue_figures()->unbalanced, 1e-3);
-  // Joints carry 3, 2 and 1 weights by half of the friction, 0.7: of 3 weights. Their couples need
-  // less, 7 in all.
+  // Joints carry 3, 2 and 1 weights by half the friction, 0.7, each with the weight of 3 bodies.
+  // Their couples need less, 7 in total.
   EXPECT_NEAR(simulator.glue_figures()->weights, 6 / 0.35 / 3, 0.01);
 }
 
-// What filled a mould is released later: it is held from then on, not once it has fallen.
+// The filling of a mould is released later: it is held from then on, before it falls.
 TEST(HeldByGlue, AShelfThatIsReleasedLaterStays) {
   Shelf shelf(3);
   shelf.model.moulded = {2, 3};
@@ -61,7 +61,7 @@ TEST(HeldByGlue, AShelfThatIsReleasedLaterStays) {
   EXPECT_GT(simulator.states().position[4].y(), 1.99);
 }
 
-// A cube beyond all measure: forces are found, but leave the others unbalanced.
+// A cube of enormous mass: forces are found, but leave the others unbalanced.
 TEST(HeldByGlue, SaysWhereNoGlueIsFound) {
   Shelf shelf(3);
   EXPECT_TRUE(judge_start(shelf.scene, shelf.model).holds);
@@ -74,7 +74,7 @@ TEST(HeldByGlue, SaysWhereNoGlueIsFound) {
   EXPECT_FALSE(are_found({.is_solved = false})) << "and with none at all";
 }
 
-// Scenes of many bodies have fewer substeps: but not where glue is in them. With as few it tears.
+// Scenes with many bodies have fewer substeps, except with glue, which would tear.
 TEST(HeldByGlue, ALongShelfHoldsAmongMany) {
   constexpr int kLength = 32;
   Shelf shelf(kLength);
@@ -86,8 +86,8 @@ TEST(HeldByGlue, ALongShelfHoldsAmongMany) {
   EXPECT_GT(simulator.states().position[kLength + 1].y(), 1.5);
 }
 
-// The tip of a letter as a mould has left it: seven cubes that hang by edges on two that are fixed.
-// The least glue is of great forces, some millimetres from each other.
+// The tip of a letter as left by a mould: seven cubes that hang by edges on two fixed ones. The
+// least glue has large forces a few millimetres apart.
 TEST(HeldByGlue, WhatHangsByEdgesStays) {
   struct Place {
     Vec3 position;               // m
@@ -120,9 +120,9 @@ TEST(HeldByGlue, WhatHangsByEdgesStays) {
   EXPECT_LT(simulator.frames().back().largest_drift_m, 0.01);
 }
 
-// Sticks laid crosswise, as presets/equilibrium/stick_tower.json has them: its analysis finds that
-// they stand. As soft as piles of many bodies are without glue it leans by a tenth of a metre in
-// half a second, and falls.
+// Crossed sticks as in presets/equilibrium/stick_tower.json: by analysis they stand. With contacts
+// as soft as those of large piles without glue, the tower leans by a tenth of a metre in half a
+// second and falls.
 TEST(HeldByGlue, AHighTowerThatNeedsNoneStands) {
   for (const bool control : {true, false}) {
     SCOPED_TRACE(control);
@@ -167,7 +167,7 @@ TEST(HeldByGlue, WithLessItSlumpsUntilItStands) {
     run(simulator, 298);
     const auto& place = simulator.states().position;
     for (const size_t cube : {2, 3, 4}) EXPECT_LT(place[cube].y(), 0.5);
-    // Analysed once more where they lie, on the ground and against each other.
+    // Analysed again where they lie, on the ground and against each other.
     EXPECT_LT(simulator.glue_figures()->weights, 1);
     EXPECT_GT(simulator.glue_figures()->given, most / needed);
   }
@@ -209,8 +209,8 @@ TEST(HeldByGlue, AHitTearsIt) {
   }));
 }
 
-// What a hit leaves is analysed once it is calm: two cubes beside a fixed one still hang by glue
-// that has the strength for it, the third lies on the ground.
+// The pile after an impact is analysed once it is at rest: two cubes beside a fixed one still hang
+// by strong enough glue, the third lies on the ground.
 TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
   Shelf shelf(3);
   const double mass_kg = shelf.model.bodies[4].mass_kg;
@@ -242,7 +242,7 @@ TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
       << "it is hit once more, and has not come to rest";
 }
 
-// A cube that comes to lie beside a mould's filling, within the guide, is no part of it.
+// A cube that comes to rest beside a mould's filling, inside the guide, does not belong to it.
 TEST(HeldByGlue, WhatFillsAMouldIsGluedOnce) {
   for (const bool is_moulded : {true, false}) {
     SCOPED_TRACE(is_moulded);
@@ -344,11 +344,11 @@ TEST(HeldByGlue, ASpotHoldsAsMuchAsItsStrength) {
   };
   EXPECT_TRUE(holds(1.1, 1.1));
   EXPECT_FALSE(holds(0.9, 1.1));
-  // The wall that it leans on takes part of the couple: with none of it, it turns.
+  // The wall that it leans on takes part of the couple: without the wall it turns.
   EXPECT_FALSE(holds(1.1, 0));
 }
 
-// Glues two bodies once, for good.
+// Glues two bodies once, permanently.
 class GluesTwo final : public ImpulseDirector {
  public:
   explicit GluesTwo(const Vec3& point, double strength_n = 1e6, double strength_nm = 1e6)
@@ -377,7 +377,7 @@ struct Weightless : SmallModel {
     scene.frame_rate = 60;
     scene.gravity = Vec3::Zero();
   }
-  // Aside, so that the scene is one of many bodies.
+  // Away from the others, so that the scene has many bodies.
   void add_others(uint32_t shape, uint32_t material, int count) {
     for (int i = 0; i < count; ++i) {
       body(shape, material, {5 + 0.5 * (i % 12), 5, 0.5 * (i / 12)});
@@ -385,8 +385,8 @@ struct Weightless : SmallModel {
   }
 };
 
-// Two sticks glued into an L, as chairs that are torn off a pile together: nothing gives them
-// energy, as fast as they turn, in steps of many bodies and of few.
+// Two sticks glued into an L, like chairs torn off a pile together: nothing adds energy, however
+// fast they turn, in the steps of many bodies and of few.
 TEST(HeldByGlue, WhatTurnsFastGainsNoEnergy) {
   for (const int others : {0, 120}) {
     Weightless pair;
@@ -412,8 +412,8 @@ TEST(HeldByGlue, WhatTurnsFastGainsNoEnergy) {
   }
 }
 
-// What is pulled aside, farther than its glue is strong, turns no faster for it: the two ends of a
-// stretched spot get the force at one place.
+// A body pulled aside farther than its glue is strong does not spin faster: both ends of a
+// stretched spot receive the force at one point.
 TEST(HeldByGlue, GlueThatStretchesGivesNoSpin) {
   for (const int others : {0, 120}) {
     Weightless pair;
@@ -445,7 +445,7 @@ TEST(HeldByGlue, GlueThatStretchesGivesNoSpin) {
   }
 }
 
-// Glues each two that touch, with strengths that differ; the ground is the last body.
+// Glues all touching pairs, with different strengths; the ground is the last body.
 class GluesAllThatTouch final : public ImpulseDirector {
  public:
   explicit GluesAllThatTouch(double weight_n) : weight_n_(weight_n) {}
@@ -474,8 +474,8 @@ class GluesAllThatTouch final : public ImpulseDirector {
   int step_ = 0;
 };
 
-// The rest of a pile after a hit, glued through and through and in part stretched for good, hardly
-// swings; it swung at 2 m/s for ever where glue was hardly damped.
+// The rest of a pile after an impact, glued throughout and partly stretched for good, hardly
+// swings. With weakly damped glue it swung at 2 m/s for ever.
 TEST(HeldByGlue, WhatIsLeftHardlySwings) {
   SmallModel pile;
   pile.scene.step_s = 1.0 / 60;
@@ -499,7 +499,7 @@ TEST(HeldByGlue, WhatIsLeftHardlySwings) {
   }
 }
 
-// Glue of any strength holds a tower that is hit, and lets it come to rest.
+// Glue of any strength holds a tower after an impact, and lets it come to rest.
 TEST(HeldByGlue, ATowerComesToRestAfterAHit) {
   for (const double strength : {1.0, 1000.0}) {
     SmallModel pile;
@@ -544,7 +544,7 @@ TEST(HeldByGlue, GoesOnFromASavedState) {
   for (size_t i = 0; i < forces.size(); ++i) EXPECT_EQ(forces[i].weights, others[i].weights);
 }
 
-// Between a hit and the analysis of what it leaves, too.
+// Also between an impact and the analysis after it.
 TEST(HeldByGlue, GoesOnFromAStateSavedAfterAHit) {
   Shelf shelf(3);
   const double mass_kg = shelf.model.bodies[4].mass_kg;

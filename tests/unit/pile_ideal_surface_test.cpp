@@ -1,4 +1,4 @@
-// The ideal surface of a pile, and the measured slope, against forms that are known.
+// The ideal surface of a pile and the measured slope, against known forms.
 #include <gtest/gtest.h>
 
 #include "core/philox.h"
@@ -47,11 +47,11 @@ TEST(IdealSurface, OfAnIdealConeNothingMustMove) {
   }
 }
 
-// A flat cylinder holds less inside than the cone near its axis, and more at its edge.
+// A flat cylinder contains less than the cone near its axis, and more at its edge.
 TEST(IdealSurface, OutflowIsWhatTheConeHasLessOfInside) {
   const double slope = std::tan(radians(25));
   const double radius = 0.7;
-  const double height = slope / 3 / (radius * radius);  // as much as the cone of reach 1
+  const double height = slope / 3 / (radius * radius);  // as much as a cone of reach 1
   const double size_m = 0.1;
   const HeightField field =
       field_of([&](const GroundPoint& at) { return at.norm() < radius ? height : 0.0; });
@@ -60,7 +60,7 @@ TEST(IdealSurface, OutflowIsWhatTheConeHasLessOfInside) {
   ASSERT_NEAR(ideal.reach_m(), 1, 0.02);
   for (const double d : {0.3, 0.5, 0.7}) {
     const double inside_m3 = kPi * d * d * height - kPi * slope * (d * d - 2 * d * d * d / 3);
-    // Of the ring that ends there.
+    // Length of the ring that ends there.
     const double line_m = 2 * kPi * (d - 0.05);
     EXPECT_NEAR(ideal.outflow(d), inside_m3 / line_m / (size_m * size_m), 0.15) << d;
   }
@@ -79,8 +79,8 @@ TEST(IdealSurface, FewBodiesHaveNoSlopes) {
   EXPECT_EQ(ideal.outflow(0.1), 0);
 }
 
-// A ridge that is a slope in one half and as much bulk in a mesa in the other: there, and only
-// there, bulk must move outwards.
+// A ridge with a slope in one half and a mesa of equal volume in the other: only there must bodies
+// move outwards.
 TEST(IdealSurface, EachSectionOfARidgeHasItsOwn) {
   const double slope = std::tan(radians(35)), size_m = 0.15;
   const PileShape ridge(
@@ -119,8 +119,8 @@ TEST(IdealSurface, EachSectionOfARidgeHasItsOwn) {
   }
 }
 
-// So has each section of a cone: a heap on one side only must be let go there, and nothing beside
-// it.
+// The same holds for the sections of a cone: a heap on one side must be released there, and nothing
+// beside it.
 TEST(IdealSurface, EachSectionOfAConeHasItsOwn) {
   const double slope = std::tan(radians(35)), mesa_m = 0.7, size_m = 0.1;
   const PileShape shape = cone(35);
@@ -148,7 +148,7 @@ TEST(PileState, KnowsTheWayRoundACone) {
   EXPECT_NEAR(pile.round({0, -1}), 0.75, 1e-12);
 }
 
-// A cone twice as bulky on one side has its foot farther out there.
+// A cone with twice the volume on one side has its foot farther out there.
 TEST(IdealSurface, SectionsReachAsFarAsTheirBulk) {
   const double slope = std::tan(radians(30));
   const PileShape shape = cone(30);
@@ -163,8 +163,8 @@ TEST(IdealSurface, SectionsReachAsFarAsTheirBulk) {
   EXPECT_LT(ideal.reach_m(), 1.2);
 }
 
-// Bulk in one quarter alone would reach 4^(1/3) of what it does all round, and nothing elsewhere:
-// the foot of a pile is not torn so far.
+// A volume in one quarter alone would reach 4^(1/3) times farther than all round, with nothing
+// elsewhere: the foot of a pile is not torn that far.
 TEST(IdealSurface, NoSectionReachesMuchFartherThanTheWhole) {
   const double slope = std::tan(radians(30));
   const PileShape shape = cone(30);
@@ -179,7 +179,7 @@ TEST(IdealSurface, NoSectionReachesMuchFartherThanTheWhole) {
   EXPECT_NEAR(ideal.reach_m(shape.way_round({-1, 0}, 0)), 0.6 * whole_m, 1e-9);
 }
 
-// What moves counts for the line that it comes near, by its volume and its way.
+// A moving body counts for the line that it approaches, by its volume and its distance.
 TEST(IdealSurface, WhatIsOnItsWayCountsAsGone) {
   const double slope = std::tan(radians(25)), size_m = 0.1;
   const HeightField field =
@@ -189,7 +189,7 @@ TEST(IdealSurface, WhatIsOnItsWayCountsAsGone) {
   const double ring_m = still.reach_m() / 10;
   const double edge_m = 5 * ring_m;
   const double volume_m3 = 0.01, ahead_m = 0.05;
-  // The same all the way round.
+  // The same all round.
   const auto around = [&](const std::vector<MovingBulk>& bulks) {
     std::vector<MovingBulk> all;
     const int parts = 140;
@@ -215,7 +215,7 @@ TEST(IdealSurface, WhatIsOnItsWayCountsAsGone) {
   EXPECT_NEAR(moving.outflow(edge_m), still.outflow(edge_m), 1e-12) << "inwards against outwards";
 }
 
-// A neighbour over half of the ground leaves the other half to be measured.
+// A neighbour on half of the ground leaves the other half for the measurement.
 TEST(SlopeFit, LeavesOutTheAzimuthsOfANeighbour) {
   const double slope = std::tan(radians(30));
   const HeightField field = field_of([&](const GroundPoint& at) {
@@ -231,9 +231,9 @@ TEST(SlopeFit, LeavesOutTheAzimuthsOfANeighbour) {
   EXPECT_LT(degrees(fit.spread), 1);
 }
 
-// Bodies make a pile rough: cells of the size of a body, up to half of it too high or too low. The
-// slope must not depend on it, in particular not become flatter as it would if the ends of the line
-// were chosen by the heights of each azimuth alone.
+// Bodies make a pile rough: cells of body size are up to half a body too high or too low. The slope
+// must not depend on it. In particular it must not become flatter, as it would if the heights of
+// each azimuth chose the ends of the line.
 TEST(SlopeFit, RoughConesKeepTheirAngle) {
   for (const double angle_deg : {15.0, 30.0, 50.0}) {
     const double slope = std::tan(radians(angle_deg));
@@ -256,7 +256,7 @@ TEST(SlopeFit, RoughConesKeepTheirAngle) {
   }
 }
 
-// One side of a ridge may have more than another; each has the slope.
+// One side of a ridge may have a larger volume than another; each has the slope.
 TEST(SlopeFit, UnevenRidgesKeepTheirAngle) {
   for (const double angle_deg : {20.0, 40.0}) {
     const double slope = std::tan(radians(angle_deg));
@@ -284,7 +284,7 @@ TEST(SlopeFit, UnevenRidgesKeepTheirAngle) {
   }
 }
 
-// Walls hold the foot of a cone and what fills their corners.
+// Walls hold the foot of a cone and the bodies in their corners.
 TEST(SlopeFit, InABoxIsThatOfWhatStandsOverIt) {
   Pile pile{.angle = radians(50), .centre = GroundPoint(0, 0)};
   pile.boundary = PileBoundary{{{-0.8, -0.8}, {0.8, -0.8}, {0.8, 0.8}, {-0.8, 0.8}}, 0.5};

@@ -1,4 +1,4 @@
-// Piles of the mixed mode: of bodies that are solved, of spheres, and of both.
+// Piles of the mixed mode: of solved bodies, of spheres, and of both.
 #include <gtest/gtest.h>
 
 #include "simulate/modes/make_simulator.h"
@@ -54,8 +54,8 @@ TEST(MixedPiles, OfMustImpulseBodiesAreThoseOfTheImpulseMode) {
   }
 }
 
-// What slept as a sphere and comes near the camera is solved from then on; what was solved stays so
-// while it sleeps.
+// A body that slept as a sphere and comes near the camera is solved from then on; a solved body
+// stays so while it sleeps.
 TEST(MixedPiles, SleepersStayWhereTheyAreWhenTheirLevelChanges) {
   for (const bool approaches : {true, false}) {
     MixedBoxes boxes(60);
@@ -83,7 +83,7 @@ TEST(MixedPiles, SleepersStayWhereTheyAreWhenTheirLevelChanges) {
   }
 }
 
-// Sixty are too few to have a slope.
+// Sixty are too few for a slope.
 TEST_P(MixedPilesOf, TakeTheAngle) {
   for (const double angle_deg : {20.0, 40.0}) {
     MixedBoxes boxes(150, angle_deg);

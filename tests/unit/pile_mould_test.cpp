@@ -1,4 +1,4 @@
-// Guides that are filled as moulds.
+// Guides filled as moulds.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ struct Moulded : SmallModel {
     model.guide_fill = {0, count, 0, true};
     filling = fill_guide(scene, model);
   }
-  // How far corners reach out of the box.
+  // Largest distance of corners outside the box.
   double outside(const Bounds& box) const {
     double most = 0;
     for (const ModelBody& body : model.bodies) {
@@ -175,7 +175,7 @@ TEST(EmptyParts, KnowsWhatIsTooNarrowForAnyBody) {
 TEST(Mould, TakesNoMoreThanItIsGiven) {
   const Moulded moulded(box_mesh({0.6, 0.6, 0.6}), 5);
   EXPECT_EQ(moulded.filling.kept, 5);
-  // At rest on its floor.
+  // They rest on its floor.
   for (const ModelBody& body : moulded.model.bodies) EXPECT_LT(body.pose.position.y(), -0.2);
 }
 
@@ -187,7 +187,7 @@ TEST(Mould, TheSameSeedGivesTheSameFilling) {
   }
 }
 
-// A mould of cubes on the ground, and which of its fillings glue can hold.
+// A mould of cubes on the ground, and the attempts whose filling glue can hold.
 struct Refilled : SmallModel {
   explicit Refilled(uint32_t first_that_stands) {
     scene.guide.emplace().file = "guide.obj";
@@ -218,13 +218,13 @@ TEST(Mould, AFillingThatNoGlueHoldsIsMadeAnewOtherwise) {
   EXPECT_FALSE(are_alike(first.model, second.model));
   EXPECT_FALSE(are_alike(second.model, third.model));
   EXPECT_TRUE(are_alike(second.model, again.model));
-  // None stands: the last is kept.
+  // None stands: the last one is used.
   EXPECT_EQ(none.filling.tries, guide_constants::kMostFillings);
   EXPECT_TRUE(are_alike(third.model, none.model));
   EXPECT_EQ(none.filling.kept, none.model.bodies.size());
 }
 
-// Two chambers, of which one is in the air.
+// Two chambers; one is in the air.
 TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   SmallModel world;
   world.scene.frame_rate = 60;
@@ -257,7 +257,7 @@ TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   EXPECT_FALSE(world.model.moulded->contains(0) || world.model.moulded->contains(filling.kept + 1));
 }
 
-// A guide of 0.6 m over the ground or reaching into it, in a world that has a fixed body, too.
+// A guide of 0.6 m above the ground or embedded in it, in a world that also has a fixed body.
 struct Standing : SmallModel {
   template <typename Fixed>
   Standing(double low_m, const Fixed& fixed) {
@@ -337,7 +337,7 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
   }
 }
 
-// What the mould held by its round bottom comes down to the ground, beside a post that it touches.
+// Cubes held by the mould's round bottom come down to the ground, beside a post that they touch.
 TEST(Mould, ComesDownBesideWhatStands) {
   SmallModel world;
   world.scene.frame_rate = 60;
@@ -371,7 +371,7 @@ TEST(Mould, SaysWhetherItIsInTheAir) {
   EXPECT_EQ(high.filling.hanging, 0) << "all are kept";
 }
 
-// Three thin rods crosswise, which hook into each other.
+// Three thin crossed rods, which hook into each other.
 uint32_t jack(SmallModel& world) {
   constexpr double w = 0.012;
   const uint32_t rod = world.box({0.3, w, w});

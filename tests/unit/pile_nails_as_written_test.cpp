@@ -1,4 +1,4 @@
-// Section 6.2 of the dissertation as it is written: the analysis of one body, and what nails do.
+// Section 6.2 of the dissertation to the letter: the analysis of one body, and nails.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kEdge = 0.2;
 
-// A slope of this friction and `slope` = tan, that falls along `azimuth` in the plane of the
-// tangents, under a body of its four contacts.
+// A slope with this friction and `slope` = tan that falls along `azimuth` in the plane of the
+// tangents, under a body with its four contacts.
 struct Incline {
   Incline(double slope, double azimuth, double friction) {
     const Vec3 normal = Vec3::UnitY(), t1 = normal.unitOrthogonal(), t2 = normal.cross(t1);
@@ -38,8 +38,8 @@ bool stands(const Incline& incline, const Vec3& centre = Vec3::Zero()) {
   return pyramids.solve(centre, 1, incline.contacts, incline.up);
 }
 
-// (2.28): a square of friction, not a circle. Along its corners it holds a slope steeper by the
-// root of two.
+// (2.28): a square of friction instead of a circle. Along its corners it holds a slope steeper by a
+// factor of root two.
 TEST(ForcePyramids, FrictionHasCorners) {
   for (const double azimuth : {0.0, 0.3, kPi / 4, 2.0, 3.6}) {
     const double side = std::max(std::abs(std::cos(azimuth)), std::abs(std::sin(azimuth)));
@@ -54,7 +54,7 @@ TEST(ForcePyramids, WeightHasToLieOverTheContacts) {
   EXPECT_FALSE(stands(level, {1.01, 1, 0}));
 }
 
-// What is found is a solution: in its pyramids, and in balance.
+// A result must be a solution: inside its pyramids, and in balance.
 TEST(ForcePyramids, ForcesBalanceTheWeight) {
   Philox random(7, Stream::test, 0);
   int standing = 0;
@@ -84,7 +84,7 @@ TEST(ForcePyramids, ForcesBalanceTheWeight) {
   EXPECT_GT(standing, 30);
 }
 
-// (6.2), with the dissertation's own example of what it misses: two points that coincide.
+// (6.2), with the dissertation's own example of its gap: two coincident points.
 TEST(NailsAsWritten, TheAreaDependsOnTheOrderOfContacts) {
   const Vec3 a(0, 0, 0), b(1, 0, 0), c(1, 0, 1), d(0, 0, 1);
   const auto area = [](const std::vector<Vec3>& points) {
@@ -111,8 +111,8 @@ struct Column : SmallModel {
   uint32_t wood = 0;
 };
 
-// "Delete all constraints", then one for each pair, at a contact drawn at random: each cycle is of
-// 20 steps.
+// "Delete all constraints", then one nail for each pair, at a random contact: each cycle has 20
+// steps.
 TEST(NailsAsWritten, EachCycleDrivesThemInAnew) {
   Column column(1);
   GuidedSimulator simulator(column.scene, column.model);
@@ -130,7 +130,7 @@ TEST(NailsAsWritten, EachCycleDrivesThemInAnew) {
   EXPECT_GE(corners.size(), 3);
 }
 
-// A surrounding body that is no candidate keeps a candidate from being nailed to anything.
+// A neighbour that is no candidate keeps a candidate from being nailed at all.
 TEST(NailsAsWritten, AllAroundABodyHaveToBeCandidates) {
   Column column(4);
   // The uppermost stands on an edge: two contacts.
@@ -143,7 +143,7 @@ TEST(NailsAsWritten, AllAroundABodyHaveToBeCandidates) {
   EXPECT_EQ(counts.nails, 3);  // to the ground, and between the lower three
 }
 
-// (6.1), at the kinetic friction: what stands at the static one alone is filtered.
+// (6.1), with kinetic friction: a body that needs static friction is filtered out.
 TEST(NailsAsWritten, WhatNeedsMoreThanKineticFrictionIsFiltered) {
   for (const double kinetic_share : {0.8, 1.01}) {
     Column column(1);
@@ -157,7 +157,7 @@ TEST(NailsAsWritten, WhatNeedsMoreThanKineticFrictionIsFiltered) {
   }
 }
 
-// Notes which nails are there. Cubes stand on the ground as they are given.
+// Records the present nails. Cubes stand on the ground as given.
 struct NotedNails final : ImpulseControl {
   explicit NotedNails(const Column& of) : column(of) {}
 

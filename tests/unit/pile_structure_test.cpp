@@ -50,7 +50,7 @@ TEST(PileShape, PolygonGrowsBySteinersFormulaInEitherSense) {
   }
 }
 
-// Equal lengths of the line round the core are equal shares of the way.
+// Equal lengths of the line round the core are equal shares of it.
 TEST(PileShape, TheWayRoundACoreIsByLength) {
   const PileShape point(cone(30), GroundPoint::Zero());
   EXPECT_NEAR(point.way_round({0, 2}, 1), 0.25, 1e-12);
@@ -65,7 +65,7 @@ TEST(PileShape, TheWayRoundACoreIsByLength) {
   const PileShape square(Pile{.angle = 0.5, .footprint = {{0, 0}, {2, 0}, {2, 2}, {0, 2}}},
                          GroundPoint::Zero());
   double before = 0;
-  for (int i = 0; i < 80; ++i) {  // once round, at a distance of 1
+  for (int i = 0; i < 80; ++i) {  // once round, at distance 1
     const double s = (i + 0.5) / 80 * (8 + 2 * kPi);
     const double on_side = std::fmod(s, 2 + kPi / 2);
     const double turned = kPi / 2 * std::floor(s / (2 + kPi / 2));
@@ -142,7 +142,7 @@ TEST(StackingStructure, LayersSleepFromTheBottomUp) {
   EXPECT_TRUE(structure.layers_below_sleep(2));
 }
 
-// A cone of small spheres on its surface, as bodies would cover it.
+// A cone with small spheres on its surface, as bodies would cover it.
 HeightField sampled_cone(double angle, double radius) {
   const GroundPoint corner = GroundPoint::Constant(2 * radius);
   HeightField field({-corner, corner}, radius / 40, 0);
@@ -156,7 +156,7 @@ HeightField sampled_cone(double angle, double radius) {
 
 TEST(HeightField, GivesBackTheAngleAndTheReachOfACone) {
   for (const double angle_deg : {15.0, 32.0, 50.0}) {
-    const PileShape asked(cone(30), GroundPoint::Zero());  // not the angle that is there
+    const PileShape asked(cone(30), GroundPoint::Zero());  // not the present angle
     const HeightField field = sampled_cone(radians(angle_deg), 1);
     const Territory everywhere = [](const GroundPoint&) { return true; };
     const SlopeFit fit = fit_slope(slope_angles(asked, field, everywhere));

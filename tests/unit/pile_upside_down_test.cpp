@@ -1,4 +1,4 @@
-// Guides that are filled upside down.
+// Guides filled upside down.
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 namespace pilesim {
 namespace {
 
-// Cubes of 0.1 m that fill a box 0.5 m wide and 0.6 m high whose base is in the level y = 0.2, and
-// a body on either side of them in the model.
+// Cubes of 0.1 m that fill a box 0.5 m wide and 0.6 m high with its base at y = 0.2, and one body
+// on either side of them in the model.
 struct FilledBox : SmallModel {
   explicit FilledBox(uint32_t count, double rate_hz = 0) {
     scene.frame_rate = 60;
@@ -59,13 +59,13 @@ TEST(UpsideDown, BodiesLieInsideAndOnTheBase) {
       highest = std::max(highest, point.y());
     }
   }
-  // They fell to what is the top, and have been brought down to the base as one.
+  // They fell to the top, and were moved down to the base together.
   EXPECT_NEAR(lowest, 0.2, 1e-9);
   EXPECT_GT(highest, 0.35);
   EXPECT_LT(highest, 0.805) << "no farther through the top than through the sides";
 }
 
-// 0.15 m^3 hold 150 cubes at most, and so many never fit as they fall.
+// 0.15 m^3 hold at most 150 cubes, and falling ones never pack that well.
 TEST(UpsideDown, WhatDoesNotFitLeavesTheModel) {
   FilledBox filled(150);
   const GuideFilling filling = fill_guide(filled.scene, filled.model);
@@ -74,14 +74,14 @@ TEST(UpsideDown, WhatDoesNotFitLeavesTheModel) {
   EXPECT_LT(filling.dropped, 150) << "it is full before";
   ASSERT_EQ(filled.model.bodies.size(), filling.kept + 2);
   EXPECT_EQ(filled.model.bodies.back().name, "last");
-  // What stood out of the base is gone, or the others would now stand out of the top.
+  // Cubes that stood out of the base are gone, or the others would now stand out of the top.
   for (uint32_t i = 1; i <= filling.kept; ++i) {
     const ModelBody& body = filled.model.bodies[i];
     for (const Vec3& corner : filled.model.shapes[body.shape].mesh.vertices) {
       EXPECT_LT(body.pose.apply(corner).y(), 0.805);
     }
   }
-  // The last cube is gone from the event, and the last body has another index.
+  // The last cube has left the event, and the last body has another index.
   EXPECT_EQ(filled.model.events.back().bodies, (std::vector<uint32_t>{0, filling.kept + 1}));
 }
 
@@ -101,8 +101,9 @@ TEST(UpsideDown, BodiesAreReleasedFromTheBaseUp) {
   EXPECT_EQ(filled.model.events.back().kind, ModelEvent::Kind::remove);
 }
 
-// A quarter of the base is as far from the rim as is asked for: all of 16 draws miss it once in a
-// hundred times, of 8 ten times as often, of 32 hardly ever. Those are as far as they can be.
+// A quarter of the base is as far from the rim as requested: all of 16 candidates miss it once in a
+// hundred times, of 8 ten times as often, of 32 hardly ever. Such drops are as far away as
+// possible.
 TEST(UpsideDown, BodiesAreDroppedClearOfTheRim) {
   const Vessel vessel = open_guide(box_mesh({0.8, 0.6, 0.8}), Vec3::UnitY(), 0.1);
   EXPECT_NEAR(vessel.base_m2, 0.64, 1e-12);
@@ -133,7 +134,7 @@ TEST(UpsideDown, ItFollowsGravityAndTheSeed) {
     EXPECT_EQ(first[i].pose.position, again[i].pose.position);
     EXPECT_NE(first[i].pose.position, other[i].pose.position);
   }
-  // One layer, by the base at the end that is lowest then: x = 0.25.
+  // One layer, at the base on the side that is then lowest: x = 0.25.
   const std::vector<ModelBody> turned = fill(1, true);
   for (uint32_t i = 1; i <= 10; ++i) {
     EXPECT_LT(turned[i].pose.position.x(), 0.21);

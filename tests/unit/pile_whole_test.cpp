@@ -61,7 +61,7 @@ TEST(PileEquilibrium, AnArchStandsFromItsLeastFrictionOn) {
   EXPECT_EQ(arch(least * 0.98).kind(), Kind::unstable);
 }
 
-// Two that hold each other up in the air: each could stand if the other did.
+// Two in the air that hold each other up: each could stand if the other did.
 TEST(PileEquilibrium, SeesWhatTheLocalRuleCannot) {
   Pile pile;
   const uint32_t a = pile.add(Vec3(-1, 1, 0), 1), b = pile.add(Vec3(1, 1, 0), 1);
@@ -85,8 +85,8 @@ TEST(PileEquilibrium, SeesWhatTheLocalRuleCannot) {
 
 TEST(PileEquilibrium, ATowerStandsUntilItOverhangsTooFar) {
   for (const double shift : {0.0, 0.2, 0.3}) {
-    // Three boxes 2 wide, each farther to the right: the centre of the upper two is 1.5 shifts from
-    // the first one's, whose edge is 1 away... the first that tips over is found by its torque.
+    // Three boxes 2 wide, each farther to the right. The centre of the upper two is 1.5 shifts from
+    // that of the first, whose edge is 1 away; the torque reveals the first that tips.
     Pile pile;
     const double edge = 0.4;
     uint32_t below = 0;

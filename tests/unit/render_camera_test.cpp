@@ -128,7 +128,7 @@ TEST_F(FrameAction, LooksAtTheBulkWhereAFewFlyFar) {
   }
 }
 
-// A cone, in which bodies lie as densely everywhere: `count` cubes within 1 m, 0.8 m high.
+// A cone of uniform density: `count` cubes within 1 m, 0.8 m high.
 DrawnScene cone_of_cubes(int count) {
   DrawnScene scene;
   Philox random(3, Stream::test, 0, 0);
@@ -151,7 +151,7 @@ TEST_F(FrameAction, CutsNoBodyOfAPile) {
   }
 }
 
-// Strays on all sides, as of a crate that is filled to the brim, and bodies that fall from high up.
+// Strays on all sides, as from a crate filled to the brim, and bodies falling from high up.
 TEST_F(FrameAction, IsThatOfThePileWithoutItsStrays) {
   DrawnScene scene = cone_of_cubes(200);
   const CameraKey alone = camera_of(scene, {scene.frame}, 1.5);
@@ -168,7 +168,7 @@ TEST_F(FrameAction, IsThatOfThePileWithoutItsStrays) {
   EXPECT_LT((camera.target - alone.target).norm(), 0.1 * distance);
 }
 
-// As much of the picture's height or width as it has room for in the other.
+// It fills the picture's height or width as far as the other dimension allows.
 TEST_F(FrameAction, LetsAPileFillThePicture) {
   const DrawnScene scene = cone_of_cubes(300);
   for (const double aspect : {0.6, 1.0, 1.78}) {

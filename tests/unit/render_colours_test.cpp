@@ -1,4 +1,4 @@
-// Colours are what the scene says: matt cards that face the usual light, by both renderers.
+// Colours match the scene: matt cards facing the default light, in both renderers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ float hue_difference(const Colour& a, const Colour& b) {
 }
 bool has_hue(const Colour& c) { return c.maxCoeff() - c.minCoeff() > 0.2f; }
 
-// Cards of 1 m side by side, above the ground, turned to the light and seen from there.
+// Cards of 1 m side by side, above the ground, facing the light and seen from there.
 class ColourCards : public testing::TestWithParam<Renderer> {
  protected:
   ColourCards() {
@@ -113,7 +113,7 @@ TEST_P(ColourCards, HaveTheColoursOfTheScene) {
   }
 }
 
-// Four times the light: white is not a flat blob, and what has a hue keeps it.
+// Four times the light: white keeps its shading, and colours keep their hue.
 TEST_P(ColourCards, RollOffInStrongLight) {
   const std::vector<Colour> usual = draw({}), twice = draw({.light = {.sun = 2, .sky = 2}}),
                             strong = draw({.light = {.sun = 4, .sky = 4}});
@@ -128,7 +128,7 @@ TEST_P(ColourCards, RollOffInStrongLight) {
   }
 }
 
-// A stop is twice the light, by both renderers.
+// A stop doubles the light, in both renderers.
 TEST_P(ColourCards, AreTwiceAsBrightByOneStop) {
   const std::vector<Colour> one_stop = draw({.exposure = 1}), less = draw({.exposure = -2}),
                             twice = draw({.light = {.sun = 2, .sky = 2}}),

@@ -58,7 +58,7 @@ TEST(RunLengths, AreTheMaskColumnByColumn) {
   }
 }
 
-// By hand, from the format's description: 5 bits a character, differences from the fourth run on.
+// By hand, from the format's description: 5 bits per character, differences from the fourth run on.
 TEST(RunLengths, AsText) {
   EXPECT_EQ(compressed_runs(std::vector<uint32_t>{0}), "0");
   EXPECT_EQ(compressed_runs(std::vector<uint32_t>{6, 1, 40, 4, 5, 4, 5, 4, 21}), "61X13mN000`0");
@@ -111,7 +111,7 @@ TEST(DepthImage, TellsMillimetresUpToItsReach) {
 
 class Cameras : public test::ScratchTest {
  protected:
-  // Two bodies whose middle is at (0, 1, 0) in the last frame.
+  // Two bodies with their common centre at (0, 1, 0) in the last frame.
   Cameras() {
     DrawnScene scene;
     scene.add(1, {1, 5, 0}, test::kRed, true);

@@ -33,7 +33,7 @@ TEST(VisibleBodies, AreThoseInTheScene) {
   DrawList list;
   list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kWidth, kHeight, 1,
                       list);
-  EXPECT_EQ(list.instances.size(), 1u);  // nor the plane
+  EXPECT_EQ(list.instances.size(), 1u);  // without the plane
   EXPECT_GT(list.triangle_count, 0u);
 }
 
@@ -51,7 +51,7 @@ TEST(VisibleBodies, LevelsMissLessThanThePixelError) {
     ASSERT_EQ(list.batches.size(), 1u);
     const auto& levels = scene.meshes[1].levels;
     const size_t level = list.batches[0].level;
-    const auto depth = static_cast<float>(distance) - 0.5f;  // of its nearest point
+    const auto depth = static_cast<float>(distance) - 0.5f;  // from its nearest point
     const float pixel_m = 2 * view.tan_half_height * depth / kHeight;
     if (level > 0) {
       EXPECT_LE(levels[level].error_m, pixels * pixel_m * 1.001f);
@@ -102,7 +102,7 @@ TEST(HiddenBodies, AreThoseBehindAllThatIsBeforeThem) {
   ASSERT_EQ(list.footprints.size(), 3u);
   std::vector<uint8_t> marks;
   mark_front(list, static_cast<int>(kWidth), static_cast<int>(kHeight), 0.5f, marks);
-  // Levels differ, and with them the order: the farthest is told by its depth.
+  // Levels differ, and so does the order: depth identifies the farthest one.
   const auto farthest = static_cast<size_t>(
       std::ranges::max_element(list.footprints, {}, &Footprint::nearest) - list.footprints.begin());
   for (size_t i = 0; i < 3; ++i) EXPECT_EQ(marks[i], i == farthest ? kHidden : kFront);
@@ -115,7 +115,7 @@ TEST(HiddenBodies, AreThoseBehindAllThatIsBeforeThem) {
   DrawList picked;
   pick(list, all_covered, kFront, picked);
   EXPECT_EQ(picked.instances.size(), 2u);
-  // One block through which it is seen.
+  // A single block with a view of it.
   depths.depth[static_cast<size_t>(depths.rows / 2 * depths.columns + depths.columns / 2)] = 1;
   mark_rest(list, depths, marks);
   EXPECT_EQ(marks[farthest], kRest);
@@ -134,7 +134,7 @@ TEST(VisibleBodies, RunFromFrontToBackInEachBatch) {
   }
 }
 
-// A fixed body, one that is solved, one near those, a sphere, and a sphere that sleeps.
+// A fixed body, a solved one, one near these, a sphere, and a sleeping sphere.
 DrawnScene of_all_solvers() {
   DrawnScene drawn;
   for (const int flags :

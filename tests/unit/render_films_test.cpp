@@ -1,4 +1,5 @@
-// Films on disk: work goes on from them to the same bytes, and only from those of the same picture.
+// Films on disk: work continues from them to the same bytes, and only from those of the same
+// picture.
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -44,7 +45,7 @@ class FilmStores : public test::ScratchTest {
             .before = &before_,
             .camera_before = camera};
   }
-  // With the film that is there, or without any.
+  // With the existing film, or without any.
   Image draw(int samples, bool with_films = true) {
     settings_.rays.samples = samples;
     std::optional<FilmPlace> place;
@@ -73,20 +74,21 @@ TEST_F(FilmStores, GoOnToTheSameBytes) {
   EXPECT_EQ(few.rgb, draw(2, false).rgb);
   ASSERT_TRUE(fs::exists(file_));
   EXPECT_EQ(draw(6).rgb, at_once.rgb);
-  // Nothing is traced for what is complete.
+  // A complete picture is not traced again.
   const auto written = fs::last_write_time(file_);
   EXPECT_EQ(draw(6).rgb, at_once.rgb);
   EXPECT_EQ(fs::last_write_time(file_), written);
 }
 
-// Draws of the film, or its bytes would be as good as none: with the sums of another picture in it,
-// the picture is that.
+// Draws from the film, or its bytes would not matter: with the sums of another picture in it, the
+// result is that picture.
 TEST_F(FilmStores, AreWhatThePictureIsMadeOf) {
   draw(2);
   const Checkpoint film(file_);
   std::vector<std::byte> state(film.state().begin(), film.state().end());
   const uint32_t samples = 4;
-  std::memcpy(state.data(), &samples, sizeof samples);  // of twice as many samples: half as bright
+  // As for twice as many samples: half as bright.
+  std::memcpy(state.data(), &samples, sizeof samples);
   write_checkpoint(file_, film.key(), state);
   const Image dark = draw(4), right = draw(4, false);
   EXPECT_LT(test::pixel(dark, 20, 4).y(), 0.9f * test::pixel(right, 20, 4).y());
@@ -142,7 +144,7 @@ TEST_F(FilmStores, ThatAreTornAreRefused) {
   EXPECT_THAT(refusal(4), HasSubstr("is damaged"));
 }
 
-// A film whose checksum is right, but whose planes are not: by a faulty program.
+// A film with a valid checksum but wrong planes, as a faulty program might write.
 TEST_F(FilmStores, OfTooFewNumbersAreRefused) {
   draw(2);
   const Checkpoint film(file_);

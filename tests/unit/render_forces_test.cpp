@@ -1,4 +1,4 @@
-// Force chains over pictures, from the file that tells them.
+// Force chains over pictures, from their file.
 #include <gtest/gtest.h>
 
 #include "core/error.h"
@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-// Three spheres above each other; the lower two push, the upper two pull, each with `weights`, till
-// 0.5 s.
+// Three spheres above each other; the lower two are in compression, the upper two in tension, each
+// with `weights`, until 0.5 s.
 struct Chain : test::DrawnScene {
   GuideFile guide;
   test::ScratchDirectory directory;
@@ -59,7 +59,7 @@ size_t inked(const Image& image) {
 
 TEST(ForcesOverlay, TellsPushFromPull) {
   const Image image = Chain(100).draw(10);
-  // The spheres' middle one is in the middle of the picture.
+  // The middle sphere is in the middle of the picture.
   EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 + 12), Ink::push);
   EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 - 12), Ink::pull);
   EXPECT_EQ(ink(image, kWidth / 2 + 12, kHeight / 2 + 12), Ink::none);
@@ -68,7 +68,7 @@ TEST(ForcesOverlay, TellsPushFromPull) {
 TEST(ForcesOverlay, LinesAreAsThickAsForcesAreStrong) {
   const auto thin = static_cast<double>(inked(Chain(400).draw(10)));
   const auto thick = static_cast<double>(inked(Chain(1600).draw(10)));
-  EXPECT_GT(thick / thin, 1.6);  // twice as wide, but for the faint rim
+  EXPECT_GT(thick / thin, 1.6);  // twice as wide, except for the faint rim
   EXPECT_LT(thick / thin, 2.2);
 }
 

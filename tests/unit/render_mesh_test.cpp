@@ -69,7 +69,7 @@ TEST(RenderMesh, NothingToDrawIsOneEmptyLevel) {
   EXPECT_EQ(mesh.levels[0].index_count, 0u);
 }
 
-// Distance of `point` from the sphere of radius 0.5 m is what a simplified level of it may miss.
+// The distance of points from the sphere of radius 0.5 m is the error of a simplified level.
 TEST(RenderMesh, LevelsHalveAndStayWithinTheirError) {
   const RenderMesh mesh = of(test::sphere_shape(0.5f, 48));
   ASSERT_GE(mesh.levels.size(), 5u);

@@ -136,7 +136,8 @@ TEST(ContactSheet, LettersOfManyAlphabetsAreThemselves) {
 
 TEST(ContactSheet, WhatHasNoLetterIsOneReplacementSign) {
   const std::string sign = labelled("a\ufffdb");
-  // Not in the font; no UTF-8: a lone byte, a character that ends early; a control character.
+  // Characters outside the font; invalid UTF-8: a lone byte, a truncated character; a control
+  // character.
   for (const std::string text : {"a\u6f22b", "a\U0001F407b",
                                  "a\xff"
                                  "b",
@@ -183,7 +184,7 @@ TEST_F(Video, AnUnfinishedOneLeavesNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(directory_.path()));
 }
 
-// ffmpeg writes what it still holds when its input ends, and by itself takes no offence there.
+// ffmpeg writes its buffer when its input ends, and ignores errors at that point by itself.
 TEST_F(Video, AFullDiskAtAnyPointLeavesNoVideo) {
   for (const size_t pages : {1, 4, 16}) {
     test::on_a_small_disk(pages * 4096, [](const test::SmallDisk& disk) {

@@ -1,5 +1,5 @@
-// Passes against closed forms: depth, ids, normals, motion and what is seen of a body; and against
-// what the rasteriser's pictures show.
+// Passes against closed forms (depth, ids, normals, motion, visible share of a body), and against
+// the rasteriser's pictures.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,7 +60,7 @@ TEST(Passes, DepthAndNormalOfAPlane) {
   }
 }
 
-// The ray of each pixel against the sphere that the mesh stands for.
+// The ray of each pixel against the ideal sphere of the mesh.
 TEST(Passes, DepthNormalAndOutlineOfASphere) {
   DrawnScene scene;
   scene.header.shapes.push_back(test::sphere_shape(0.5f, 200));
@@ -89,8 +89,8 @@ TEST(Passes, DepthNormalAndOutlineOfASphere) {
   EXPECT_LE(unlike, 2);
 }
 
-// What is seen lies on the body's surface: who counts triangles otherwise is found out. Far from
-// the world's origin, too.
+// Visible points lie on the body's surface: another numbering of triangles would be noticed. Also
+// far from the world's origin.
 TEST(Passes, EveryTriangleOfManyBodiesIsTheRightOne) {
   for (const double away : {0.0, 3000.0}) {
     DrawnScene scene;
@@ -151,7 +151,7 @@ TEST(Passes, MotionOfABodyAndOfTheCamera) {
   scene.add(2, {1, 1, 0}, test::kGrey, true);
   const std::array<int, 2> size = {120, 90};
   const Pinhole eye = make_pinhole(kLevel, size[0], size[1]);
-  // The first cube's front is 3.8 m before the camera; it goes right by 0.1 m and up by 0.05 m.
+  // The first cube's front is 3.8 m before the camera; it moves right by 0.1 m and up by 0.05 m.
   TrajectoryFrame next = scene.frame;
   next.position[1] += Vec3(0.1, 0.05, 0);
   const PassImages images = passes_of(scene, kLevel, size, &next);
@@ -167,7 +167,7 @@ TEST(Passes, MotionOfABodyAndOfTheCamera) {
       EXPECT_EQ(images.motion[2 * i], 0);
     }
   }
-  // The camera goes right: all that stands goes left, the nearer the more.
+  // The camera moves right: static points move left, nearer ones more.
   CameraKey moved = kLevel;
   moved.position.x() += 0.1;
   moved.target.x() += 0.1;
@@ -184,7 +184,7 @@ TEST(Passes, MotionOfABodyAndOfTheCamera) {
 
 TEST(Passes, HalfOfABoxIsHidden) {
   DrawnScene scene;
-  // Seen from afar, the second hides the right half of the first.
+  // From far away, the second hides the right half of the first.
   scene.add(2, {0, 1, 0}, test::kRed, true);
   scene.add(2, {0.2f, 1, 0.6f}, test::kGrey, true);
   scene.add(2, {0, 1, -300}, test::kGrey, true);  // behind both
@@ -245,7 +245,8 @@ TEST(Passes, WhatIsSeenIsPartOfWhatIsThereAlone) {
   EXPECT_GT(beyond, 1000u);
 }
 
-// Beyond the picture's sides a body is whole: a picture three times as large shows as much of it.
+// A body cut by the picture's border is whole in a picture three times as large, which shows as
+// much of it.
 TEST(Passes, ABodyAcrossTheSideOfThePictureCountsWhole) {
   DrawnScene scene;
   scene.add(1, {2.3f, 1.2f, 0}, test::kRed, true);
@@ -285,7 +286,7 @@ TEST(Passes, TinySizes) {
   }
 }
 
-// A pixel whose neighbours are of the same body and about as far away.
+// A pixel whose neighbours show the same body at about the same distance.
 bool is_within(const PassImages& images, int column, int row) {
   if (column == 0 || row == 0 || column + 1 == images.width || row + 1 == images.height)
     return false;
@@ -302,9 +303,9 @@ bool is_within(const PassImages& images, int column, int row) {
   return true;
 }
 
-// The rasteriser's picture shows the bodies that the passes tell of, told by their colours: at
-// silhouettes a pixel's middle may fall to either side, within them hardly ever. Far from the
-// world's origin, too.
+// The rasteriser's picture shows the bodies of the passes, identified by their colours: at
+// silhouettes a pixel's centre may fall to either side, inside them hardly ever. Also far from the
+// world's origin.
 TEST(Passes, AreOfWhatThePictureShows) {
   constexpr std::array<uint8_t, 3> kGreen = {30, 200, 40};
   for (const double away : {0.0, 3000.0}) {
@@ -337,7 +338,7 @@ TEST(Passes, AreOfWhatThePictureShows) {
   }
 }
 
-// Where the view that pictures are drawn with and the pinhole say that a point is.
+// The view of pictures and the pinhole agree on the position of a point.
 TEST(Pinhole, SeesWhatThePictureShows) {
   for (uint32_t i = 0; i < 200; ++i) {
     Philox random(2, Stream::test, i, 0);
@@ -368,7 +369,7 @@ TEST(Pinhole, RollAndLensShiftGoTheWayTheySay) {
   CameraKey camera = kLevel;
   const Vec3 right_of_target(1, 1, 0);
   camera.roll = radians(90);
-  // The camera's right side is below: what is right of it comes to the picture's upper side.
+  // The camera's right side is below: points to its right appear on the picture's upper side.
   Pinhole eye = make_pinhole(camera, 100, 80);
   EXPECT_NEAR(eye.project(eye.in_camera(right_of_target)).x(), 49.5, 1e-9);
   EXPECT_LT(eye.project(eye.in_camera(right_of_target)).y(), 30);

@@ -1,4 +1,4 @@
-// Pictures without golden files: colours where they belong.
+// Pictures without golden files: expected colours at expected places.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -24,7 +24,7 @@ struct Picture {
   CameraKey camera;
   Image image;
 
-  // Where `point` is in the picture.
+  // The picture's colour at `point`.
   Colour at(const Vec3f& point) const {
     const View view = make_view(
         camera, static_cast<float>(image.width) / static_cast<float>(image.height), 0.1f, 100);
@@ -92,8 +92,8 @@ TEST(Picture, IsTheSameWithoutWhatIsHidden) {
   }
 }
 
-// Of what is 1,000 km away from the world's origin, where floats are half a metre apart, too. The
-// ground stays where it is: it has no middle.
+// A pile 1,000 km from the world's origin, where floats are half a metre apart, looks the same. The
+// ground stays in place, since it has no centre.
 TEST(Picture, IsTheSameFarFromTheOrigin) {
   const DrawnScene scene = heap();
   const CameraKey camera{.position = {3, 2, 4.5}, .target = {0, 0.5, 0}};
@@ -113,7 +113,7 @@ TEST(Picture, IsTheSameFarFromTheOrigin) {
   }
 }
 
-// A pile at rest is drawn once; anything else is drawn again, whatever was drawn before.
+// A pile at rest is drawn once; any change is drawn again, whatever was drawn before.
 TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
   const DrawnScene first = red_sphere(true);
   const CameraKey camera = test::front_camera({0, 0.5, 0}, 4);
@@ -155,7 +155,7 @@ TEST_P(PictureOfASphere, ShowsItOnItsShadowBelowTheSky) {
     const Picture picture =
         draw(red_sphere(moves), test::front_camera({0, 0.5, 0}, 6), {160, 120}, GetParam());
     EXPECT_TRUE(is_red(picture.at({0, 0.5f, 0.5f}))) << picture.at({0, 0.5f, 0.5f}).transpose();
-    // The sphere's shadow centre is where the light ray through its centre meets the ground.
+    // The sphere's shadow is centred where the light ray through its centre hits the ground.
     const Vec3f light = make_lighting().to_sun;
     const float reach = 0.5f * std::sqrt(1 - light.y() * light.y()) / light.y();
     const Colour shadow = picture.at(along_shadow(reach + 0.35f));
@@ -175,21 +175,21 @@ TEST(LightOfAPicture, IsWhereTheSceneSaysAndAsBright) {
   const Vec3f near_it = along_shadow(0.75f), beyond = along_shadow(-0.75f);
   EXPECT_LT(brightness(usual.at(near_it)), 0.9f * brightness(usual.at(beyond)));
   EXPECT_LT(brightness(opposite.at(beyond)), 0.9f * brightness(opposite.at(near_it)));
-  // Without a sun no shadow, without a sky nothing else.
+  // Without a sun there is no shadow, and without a sky no other light.
   const Picture dull = draw_by({.sun = 0}), dark = draw_by({.sun = 0, .sky = 0});
   const float share =
       brightness(dull.at(along_shadow(1.2f))) / brightness(dull.at(along_shadow(-1.2f)));
-  EXPECT_NEAR(share, 1, 0.06f);  // a shadow takes more than a tenth
+  EXPECT_NEAR(share, 1, 0.06f);  // a shadow removes more than a tenth
   EXPECT_EQ(*std::ranges::max_element(dark.image.rgb), 0);
   const Colour blue = draw_by({.sun = 2, .sun_colour = {0, 0, 255}}).at(along_shadow(-1.2f));
   EXPECT_GT(blue.z(), 1.2f * blue.x());
 }
 
-// What a shadow takes of the light on the ground, everywhere.
+// The share of the ground's light that a shadow removes, everywhere.
 class ShadowOnTheGround : public testing::TestWithParam<std::tuple<float, float>> {
  protected:
-  // Boxes about (0, height, 0), at the corners of a cube: a shadow that is the same after half a
-  // turn about its middle, if nothing cuts it. Brightness beside that of the ground without boxes.
+  // Boxes about (0, height, 0), at the corners of a cube: an uncut shadow is symmetric under half a
+  // turn about its centre. Brightness is relative to the ground without boxes.
   static void expect_whole_shadow(float edge, float height, float apart) {
     DrawnScene scene;
     scene.header.shapes.push_back(test::cube_shape(edge));
@@ -197,7 +197,7 @@ class ShadowOnTheGround : public testing::TestWithParam<std::tuple<float, float>
       const Vec3f corner(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f);
       scene.add(3, Vec3f(0, height, 0) + apart * corner, test::kRed, true);
     }
-    // From the side that the shadow falls to, above it: the boxes are not in the way.
+    // Seen from above the shadow's side: the boxes do not hide it.
     const Vec3f light = make_lighting().to_sun;
     const Vec3f middle = -height / light.y() * Vec3f(light.x(), 0, light.z());
     const float size = edge + apart;
@@ -251,7 +251,8 @@ TEST_P(ShadowOnTheGround, IsWholeAndAloneThere) {
   expect_whole_shadow(edge, heights * 3.5f * edge, 2.5f * edge);
 }
 
-// From afar what is drawn is simpler than what casts the shadows, and lies below it in places.
+// From far away the drawn mesh is simpler than the one that casts shadows, and lies below it in
+// places.
 TEST(Picture, ABallFromAfarHasNoShadowsOfItsOwn) {
   DrawnScene scene;
   scene.add(1, {0, 0.5f, 0}, test::kGrey, true);

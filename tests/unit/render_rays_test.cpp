@@ -1,5 +1,5 @@
-// The renderer by rays against closed forms, against the rasteriser, and against itself on other
-// threads and in other orders.
+// The ray tracer against closed forms, against the rasteriser, and against itself with other
+// threads and orders.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -87,8 +87,7 @@ TEST(RaysOnASphere, MeetItWhereTheSphereIs) {
   EXPECT_GT(met, 200);
 }
 
-// Of a sphere in the open, matt: the sun by the cosine, sky and ground by how much of them it
-// faces.
+// On a matt sphere in the open: the sun by the cosine, sky and ground by the visible share of each.
 class PathsOnASphere : public testing::TestWithParam<Light> {};
 INSTANTIATE_TEST_SUITE_P(Lights, PathsOnASphere,
                          testing::Values(Light{}, Light{.azimuth = radians(60),
@@ -122,8 +121,8 @@ TEST_P(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
       const float sun = normal.dot(lighting.to_sun);
       if (std::abs(sun) < 0.1f) continue;
       const float up = 0.5f + 0.5f * normal.y();
-      const Vec3f light = std::max(0.0f, sun) * lighting.sun +
-                          up * lighting.sky + (1 - up) * lighting.bounce;
+      const Vec3f light =
+          std::max(0.0f, sun) * lighting.sun + up * lighting.sky + (1 - up) * lighting.bounce;
       const Vec3f expected = albedo.cwiseProduct(light);
       EXPECT_NEAR(film.red[i] / 256, expected.x(), 0.03f * expected.x() + 0.01f);
       EXPECT_NEAR(film.blue[i] / 256, expected.z(), 0.03f * expected.z() + 0.01f);
@@ -133,7 +132,8 @@ TEST_P(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
   EXPECT_GT(compared, 60);
 }
 
-// Both ways to a layer's share of the light: by its brdf over all directions, and by its facets.
+// Both estimates of a layer's share of the light: from its brdf over all directions, and from its
+// facets.
 TEST(Gloss, SendsAsMuchByItsFacetsAsByItsBrdf) {
   const Vec3f normal(0, 0, 1);
   for (const float alpha : {0.1f, 0.2f, 0.6f}) {
@@ -154,8 +154,8 @@ TEST(Gloss, SendsAsMuchByItsFacetsAsByItsBrdf) {
   }
 }
 
-// A turned cube above the ground: a point there is in its shadow where the line to the light meets
-// the cube's slabs.
+// A rotated cube above the ground: a point is in its shadow if the line to the light crosses the
+// cube's slabs.
 TEST(ShadowRays, AreBlockedWithinTheProjectionOfABox) {
   const Vec3f centre(0.1f, 0.7f, 0.2f);
   const Quatf turn(Eigen::AngleAxisf(0.6f, Vec3f(1, 2, 3).normalized()));
@@ -193,7 +193,7 @@ TEST(SunSamples, FillADiscOfItsAngle) {
     sum += angle * angle;
   }
   EXPECT_NEAR(widest, half, 1e-3f);
-  EXPECT_NEAR(sum / 4096, half * half / 2, 1e-4f);  // even over the disc
+  EXPECT_NEAR(sum / 4096, half * half / 2, 1e-4f);  // uniform over the disc
 }
 
 TEST(SamplePoints, LieOnceInEachOfAsManyEqualBoxes) {
@@ -225,7 +225,7 @@ DrawnScene heap() {
   return scene;
 }
 
-// Red bodies on a grey ground, which the rasteriser lights by no light from them.
+// Red bodies on a grey ground; the rasteriser has no light from body to ground.
 bool is_red(const Image& image, int x, int y) {
   const test::Colour c = test::pixel(image, x, y);
   return c.x() > 1.15f * c.y();
@@ -308,7 +308,7 @@ TEST(RaysRenderer, DrawsAFrameTheSameWhateverItDrewBefore) {
   DrawnScene other = scene;
   for (size_t i = 1; i < other.frame.position.size(); ++i) {
     other.frame.position[i].x() += 0.3f;
-    if (i % 3 == 0) other.frame.state[i] = 0;  // gone, and back again
+    if (i % 3 == 0) other.frame.state[i] = 0;  // gone, and present again
   }
   const CameraKey camera = test::front_camera({0, 1, 0}, 5);
   const RenderSettings settings{.size = {120, 80}, .rays = {.samples = 2, .shutter = 0.5}};
@@ -350,8 +350,7 @@ TEST(Film, GoesOnWhereItEnded) {
   EXPECT_EQ(at_once.body, in_parts.body);
 }
 
-// A cube whose sides towards -z and +z are blue and green; two bodies, of which the left is
-// painted.
+// A cube whose sides towards -z and +z are blue and green; two bodies, the left one painted.
 TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
   DrawnScene scene;
   std::vector<Colour>& colours = scene.header.shapes[2].colours;
@@ -367,7 +366,7 @@ TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
   scene.add(2, {-0.4f, 1, 0}, test::kRed, true);
   scene.add(2, {0.4f, 1, 0}, test::kRed, true);
   scene.header.body_painted = {0, 1, 0};
-  scene.header.body_gloss = {{0.45f, 0}, {0, 1}, {0.45f, 0}};  // to be told apart from its paint
+  scene.header.body_gloss = {{0.45f, 0}, {0, 1}, {0.45f, 0}};  // to distinguish it from its paint
   const RenderSettings settings{.size = {64, 32}, .rays = {.quality = RayQuality::preview}};
   for (const double side : {1.0, -1.0}) {
     const CameraKey camera{.position = {0, 1, 3 * side}, .target = {0, 1, 0}};
@@ -375,7 +374,7 @@ TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
     SceneRenderer raster(scene.header, settings);
     const DrawnFrame drawn{.frame = &scene.frame, .camera = camera};
     for (const Image& image : {rays.draw(drawn), raster.draw(drawn)}) {
-      const int left = side > 0 ? 25 : 38;  // of the picture: seen from behind it is on the right
+      const int left = side > 0 ? 25 : 38;  // in the picture: seen from behind it is on the right
       const auto painted = test::pixel(image, left, 16), plain = test::pixel(image, 63 - left, 16);
       const int own = side > 0 ? 1 : 2;
       EXPECT_GT(painted[own], 1.5f * painted[0]) << side;
@@ -386,7 +385,7 @@ TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
   }
 }
 
-// Spheres seen from where the sun's highlight is: how bright they are at their brightest.
+// Spheres seen from the direction of the sun's highlight: their greatest brightness.
 TEST(RaysAndRaster, GlossOfABodyIsSeen) {
   DrawnScene scene;
   scene.frame.state[0] = 0;  // no ground
@@ -404,7 +403,7 @@ TEST(RaysAndRaster, GlossOfABodyIsSeen) {
     const DrawnFrame drawn{.frame = &scene.frame, .camera = camera};
     const Image image = by_rays ? RaysRenderer(scene.header, settings, {}).draw(drawn)
                                 : SceneRenderer(scene.header, settings).draw(drawn);
-    // Each sphere by where its middle is in the picture.
+    // Identify each sphere by the position of its centre in the picture.
     const View view = scene_view(RenderScene(scene.header), scene.frame, camera, 600, 180);
     std::array<float, 4> most{};
     for (size_t i = 0; i < 4; ++i) {
@@ -455,7 +454,7 @@ TEST(RaysRenderer, DrawsASinglePixelAndASceneWithNothingInIt) {
   EXPECT_GT(test::pixel(sky, 8, 0).z(), 0.5f);
 }
 
-// Share of the samples that show body 1, by its colour: test::kRed, linear. The sky's is white.
+// Share of the samples that show body 1, by its colour: test::kRed, linear. The sky is white.
 constexpr float kRedAlbedo = 0.645f, kGreenAlbedo = 0.013f;
 float coverage(const Film& film, int column, int row) {
   const auto i = static_cast<size_t>(row * film.width + column);
@@ -464,8 +463,8 @@ float coverage(const Film& film, int column, int row) {
   return (red - green) / (kRedAlbedo - kGreenAlbedo);
 }
 
-// A cube that passes through the picture while the shutter is open: every place that it crosses
-// sees it for as long as it takes to cross.
+// A cube crosses the picture while the shutter is open: every point that it crosses sees it for the
+// crossing time.
 TEST(Shutter, BlursWhatMovesByTheTimeItIsThere) {
   DrawnScene scene = scene_of(2, {0, 0, 0});
   scene.frame.state[0] = 0;
@@ -484,8 +483,7 @@ TEST(Shutter, BlursWhatMovesByTheTimeItIsThere) {
                  .camera_before = camera,
                  .camera_after = camera});
   const Film& film = renderer.film();
-  // Its edge of 0.4 m goes from -0.5 to 0.5 m: it is over what lies within 0.3 m for 0.4 of the
-  // time.
+  // Its edge of 0.4 m moves from -0.5 to 0.5 m: it covers points within 0.3 m for 0.4 of the time.
   const float pixels_per_m = 20 / std::tan(static_cast<float>(radians(17.5))) / 7.8f;
   for (int column = 72; column < 88; ++column) {
     const float x = (static_cast<float>(column) - 79.5f) / pixels_per_m;
@@ -514,11 +512,11 @@ TEST(Lens, KeepsWhatIsInFocusSharpAndBlursTheRest) {
     }
     return count;
   };
-  // The front face is 4 m away: its two edges cross a pixel each.
+  // The front face is 4 m away: its two edges cross one pixel each.
   EXPECT_LE(partly(0, 4), 2);
   EXPECT_LE(partly(0.3, 4), 2);
-  // At 4 m the circle of confusion of a focus at 2 m is as wide as the lens, 7.6 pixels; its share
-  // on one side of an edge goes from 2 to 90 % over three quarters of that, at two edges.
+  // At 4 m the circle of confusion of a focus at 2 m is as wide as the lens, 7.6 pixels. Its share
+  // on one side of an edge rises from 2 to 90 % over three quarters of that, at two edges.
   EXPECT_NEAR(partly(0.3, 2), 11.4, 2);
 }
 

@@ -1,4 +1,4 @@
-// Textures in pictures: which texel is where, in both renderers, near and far.
+// Textures in pictures: the position of each texel, in both renderers, near and far.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -46,10 +46,10 @@ TEST(MipMap, IsTheTexelInItsMiddleAndTheMeanBetweenTwo) {
   EXPECT_TRUE(map.at({0.75f, 0.25f}, 0).isApprox(linear(kGreen)));
   EXPECT_TRUE(map.at({0.25f, 0.75f}, 1).isApprox(linear(kBlue)));
   EXPECT_TRUE(map.at({0.5f, 0.25f}, 0).isApprox((linear(kRed) + linear(kGreen)) / 2));
-  // At its border it goes on with the other side.
+  // At its border it continues on the other side.
   EXPECT_TRUE(map.at({1, 0.25f}, 0).isApprox((linear(kRed) + linear(kGreen)) / 2));
   EXPECT_TRUE(map.at({-2.25f, 7.75f}, 0).isApprox(linear(kYellow), 1e-5f));
-  // From afar all of it, to within the rounding of its levels.
+  // From far away all of it, within the rounding of its levels.
   const Vec3f all = (linear(kRed) + linear(kGreen) + linear(kBlue) + linear(kYellow)) / 4;
   EXPECT_LT((map.at({0.1f, 0.9f}, 2) - all).norm(), 0.01f);
   EXPECT_LT((map.at({0.1f, 0.9f}, 1e6f) - all).norm(), 0.01f);
@@ -63,7 +63,7 @@ TEST(MipMap, EndsInOnePixelWhateverItsShape) {
   EXPECT_EQ(map.levels()[2]->pixels, std::vector<Colour>{kRed});
 }
 
-// A square of 1 m towards +z about the origin; of a texture that lies on it `repeats` times.
+// A square of 1 m facing +z about the origin, with a texture that repeats `repeats` times.
 TrajectoryShape square(const Texture& texture, float repeats) {
   TrajectoryShape shape{.name = "square"};
   shape.vertices = {{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0.5f, 0.5f, 0}, {-0.5f, 0.5f, 0}};
@@ -85,7 +85,7 @@ DrawnScene scene_of(TrajectoryShape shape, bool painted = true) {
   return scene;
 }
 
-// From the front; a picture is as high as 1.6 m at the distance of the body.
+// From the front; at the body's distance the picture is 1.6 m high.
 CameraKey camera_at(double distance) {
   return {.position = {0, 2, distance},
           .target = {0, 2, 0},
@@ -116,7 +116,7 @@ TEST(TexturesOfBothRenderers, ShowTheTexelThatIsThere) {
     EXPECT_TRUE(is(test::pixel(image, 42, 22), kGreen));
     EXPECT_TRUE(is(test::pixel(image, 22, 42), kBlue));
     EXPECT_TRUE(is(test::pixel(image, 42, 42), kYellow));
-    // 20 pixels each: the texture begins again.
+    // 20 pixels each: the texture starts again.
     const Image& repeated = by_rays ? thrice.rays : thrice.raster;
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
@@ -127,7 +127,7 @@ TEST(TexturesOfBothRenderers, ShowTheTexelThatIsThere) {
   }
 }
 
-// By which the filter knows their edges from noise.
+// The filter uses it to tell edges from noise.
 TEST(TexturesOfRays, AreInTheAlbedoOfTheFilm) {
   const DrawnScene scene = scene_of(square(four_colours(4), 1));
   RaysRenderer renderer(
@@ -157,7 +157,7 @@ TEST(TexturesOfBothRenderers, AreOnlyOnBodiesThatArePainted) {
 }
 
 TEST(TexturesOfBothRenderers, AreTheirMeanFromAfar) {
-  // A thousand stripes on forty pixels: grey, of half the light.
+  // A thousand stripes on forty pixels: grey, half the light.
   Texture stripes{.width = 512, .height = 256, .pixels = {}};
   for (int i = 0; i < 512 * 256; ++i) {
     stripes.pixels.push_back(i % 2 == 0 ? Colour{0, 0, 0} : Colour{255, 255, 255});
@@ -174,7 +174,7 @@ TEST(TexturesOfBothRenderers, AreTheirMeanFromAfar) {
 }
 
 // Red and blue lines of 2.5 pixels, on a texture of which a pixel covers four times as much along
-// them as across.
+// the lines as across them.
 TEST(TexturesOfBothRenderers, AreNotWashedOutWhereTheyAreStretched) {
   Texture lines{.width = 64, .height = 64, .pixels = {}};
   for (int i = 0; i < 64 * 64; ++i) lines.pixels.push_back(i / 64 / 4 % 2 == 0 ? kRed : kBlue);
@@ -223,7 +223,7 @@ double mean_difference(const Image& a, const Image& b) {
   return sum / static_cast<double>(a.rgb.size());
 }
 
-// Rays meet the full mesh at any distance; the rasteriser draws a simplified one.
+// Rays hit the full mesh at any distance; the rasteriser draws a simplified one.
 TEST(TexturesOfBothRenderers, AreAlikeAtAllLevelsOfDetail) {
   Texture texture{.width = 64, .height = 32, .pixels = {}};
   for (int y = 0; y < 32; ++y) {
@@ -236,7 +236,7 @@ TEST(TexturesOfBothRenderers, AreAlikeAtAllLevelsOfDetail) {
   for (const int size : {128, 48, 24}) {
     const Pictures pictures = draw(painted, camera_at(3), {size, size}, 4);
     const Pictures without = draw(plain, camera_at(3), {size, size}, 4);
-    // Of 255: what shading and shadows differ by, and little more.
+    // Out of 255: slightly more than the difference by shading and shadows.
     EXPECT_LT(mean_difference(pictures.rays, pictures.raster),
               mean_difference(without.rays, without.raster) + 1.5)
         << size;
@@ -244,8 +244,8 @@ TEST(TexturesOfBothRenderers, AreAlikeAtAllLevelsOfDetail) {
   }
 }
 
-// A flat grid on which a texture is stretched unevenly: simplified, its surface is the same, but
-// not its picture.
+// A flat grid with an unevenly stretched texture: simplified, its surface is the same, but not its
+// picture.
 TEST(TexturesOfLevels, CountInTheirErrors) {
   constexpr uint32_t kCells = 24;
   TrajectoryShape grid{.name = "grid"};
@@ -279,7 +279,7 @@ TEST(TexturesOfLevels, CountInTheirErrors) {
   EXPECT_GT(uneven.back().error_m, 0.02f);
 }
 
-// Triangles of several textures, and of none, in one mesh.
+// Triangles with several textures, and without one, in a single mesh.
 TEST(TexturesOfLevels, AreInRunsThatCoverAllTriangles) {
   TrajectoryShape shape = test::sphere_shape(0.5f, 24);
   shape.texture_map.textures = {std::make_shared<const Texture>(four_colours(1)),

@@ -56,7 +56,7 @@ TEST(View, AShiftMovesThePicture) {
   const Vec3f point(0.4f, 0.7f, -1);
   const Eigen::Vector2f by = moved.project(point, 100, 100) - still.project(point, 100, 100);
   EXPECT_NEAR(by.x(), 1, 1e-3);
-  EXPECT_NEAR(by.y(), -2, 1e-3);  // up: rows count from the top
+  EXPECT_NEAR(by.y(), -2, 1e-3);  // up: rows are counted from the top
 }
 
 TEST(View, SeesJustTheSpheresThatReachIntoThePicture) {
@@ -103,7 +103,7 @@ TEST(LightView, MapsItsBoxToTheUnitCube) {
   };
   EXPECT_NEAR(map(low).norm(), 0, 1e-5);
   EXPECT_NEAR((map(high) - Vec3f::Ones()).norm(), 0, 1e-5);
-  // Nearer to the light is less deep.
+  // Nearer to the light means less depth.
   const Vec3f toward = light.shadow_from_world.block<3, 3>(0, 0) * to_light;
   EXPECT_LT(toward.z(), 0);
   EXPECT_NEAR(toward.head<2>().norm(), 0, 1e-6);

@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing::Not;
 namespace fs = std::filesystem;
 
-// Ten frames that take 1 to 10 ms, of which the solver has half.
+// Ten frames that take 1 to 10 ms, half of it in the solver.
 SimulationReport ten_frames() {
   SimulationReport report;
   report.command = "simulate";
@@ -58,7 +58,7 @@ TEST(ReportJson, AddsUpWhatTheFramesSay) {
   EXPECT_EQ(figures["counts"]["dynamic_bodies"], 4);
   EXPECT_EQ(figures["counts"]["static_bodies"], 1);
   EXPECT_EQ(figures["settled"], true);
-  // Frame 0 is the state that the scene starts in: what it cost is setting up, not simulating.
+  // Frame 0 is the scene's initial state: its cost belongs to the setup, not to the simulation.
   const auto& stages = figures["time"]["stages"];
   EXPECT_NEAR(stages["solver"]["total_s"].get<double>(), 0.027, 1e-12);
   EXPECT_NEAR(stages["other"]["total_s"].get<double>(), 0.027, 1e-12);
@@ -72,8 +72,8 @@ TEST(ReportJson, HasSettledWhereItsJudgeFindsAllAtRest) {
   EXPECT_EQ(report_json(report)["settled"], false);
 }
 
-// One figure of each kind: the judge's, with its moment. What a solver saw of its own contacts, and
-// who sleeps, is not there.
+// One figure of each kind: the judge's, with its moment. The solver's view of its own contacts and
+// the sleeping bodies are absent.
 TEST(ReportJson, TellsTheFiguresOfTheJudgeWithTheirMoment) {
   SimulationReport report = ten_frames();
   report.quality = {.bodies = 4, .deepest_penetration_m = 0.1, .body_diameter_m = 0.5};
@@ -171,7 +171,7 @@ TEST(TimingCsvTest, AFullDiskCutsNoRow) {
     const auto whole_rows = [&] {
       const std::string text = read_file(file);
       EXPECT_TRUE(text.ends_with('\n'));
-      EXPECT_EQ(text.find('\0'), text.npos);  // no hole either
+      EXPECT_EQ(text.find('\0'), text.npos);  // no gap either
       const auto lines = std::ranges::count(text, '\n');
       EXPECT_EQ(std::ranges::count(text, ','),
                 lines * std::ranges::count(text.substr(0, text.find('\n')), ','));
@@ -212,7 +212,7 @@ TEST(ReportPage, StandsAloneAndEscapesNames) {
   fs::remove_all(directory);
 }
 
-// Of a pile in a guide.
+// Figures of a pile in a guide.
 nlohmann::ordered_json guided_figures(double inside, double filled, double filled_at_start) {
   SimulationReport report = ten_frames();
   report.quality.bodies = 4;
@@ -242,7 +242,7 @@ TEST(ReportVerdict, KnowsTheGuide) {
   const Verdict out = verdict(guided_figures(0.18, 0.3, 0.98));
   EXPECT_FALSE(out.good);
   EXPECT_THAT(out.headline, HasSubstr("the guide&rsquo;s shape is lost"));
-  // A flat heap may lie inside a wide guide.
+  // A flat heap may be inside a wide guide.
   EXPECT_FALSE(verdict(guided_figures(1, 0.3, 0.98)).good);
   const Verdict empty = verdict(guided_figures(1, 0.7, 0.7));
   EXPECT_FALSE(empty.good);

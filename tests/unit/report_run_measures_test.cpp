@@ -1,4 +1,4 @@
-// Figures of trajectories whose motion is known.
+// Figures of trajectories with known motion.
 #include "report/run_measures.h"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ using Motion = std::function<Pose(size_t body, double time_s)>;
 
 class RunMeasuresTest : public test::TrajectoryTest {
  protected:
-  // Cubes of 0.2 m, unless `size` says otherwise, that move as `motion` says.
+  // Cubes of 0.2 m, or of `size`, with the given `motion`.
   std::filesystem::path write(const std::string& name, size_t bodies, int frames,
                               const Motion& motion, const std::string& scene = "{}",
                               const Vec3f& size = Vec3f::Constant(0.2f)) {
@@ -97,18 +97,18 @@ TEST_F(RunMeasuresTest, SpeedSpinAndEnergyOfAFlight) {
   for (const auto& samples : quantity(measures, "energy").samples) {
     EXPECT_NEAR(samples[0], energy * kTime * kTime / (kDiameter * kDiameter), 1e-3);
   }
-  // It never rests.
+  // It is never at rest.
   EXPECT_THAT(quantity(measures, "settling_time").samples[0],
               testing::Each(testing::DoubleNear(1 / kTime, 1e-6)));
 }
 
-// Brick, lying on its side and turning about the upright: about its own long axis.
+// A brick on its side that turns about the vertical: about its own long axis.
 TEST_F(RunMeasuresTest, EnergyOfASpinIsOfTheBodysAxes) {
   const Quat lying = rotation_between(Vec3::UnitX(), Vec3::UnitY());
   const auto path = write(
       "run", 1, 11,
       [&](size_t, double t) {
-        // Quaternions of either sign mean the same.
+        // Quaternions of either sign are equal.
         Quat turned = Quat(Eigen::AngleAxisd(7 * t, Vec3::UnitY())) * lying;
         if (std::lround(kRate * t) % 2 == 1) turned.coeffs() *= -1;
         return Pose{Vec3::Zero(), turned};
@@ -128,16 +128,16 @@ TEST_F(RunMeasuresTest, FreeFallKeepsItsEnergy) {
   });
   const RunMeasures measures = measure(path);
   const auto& energy = quantity(measures, "energy").samples;
-  // The difference of frames is the velocity half a frame before: short by g h per frame.
+  // The difference of frames is the velocity half a frame earlier: too small by g h per frame.
   EXPECT_NEAR(energy.front()[0], energy.back()[0], 0.01 * energy.front()[0]);
 }
 
 TEST_F(RunMeasuresTest, SettlingTimeAndTilt) {
   const auto path = write("run", 3, 101, [](size_t body, double t) {
-    // The last one turns where it is.
+    // The last one rotates in place.
     if (body == 2) return Pose{{}, Quat(Eigen::AngleAxisd(std::min(t, 1.5), Vec3::UnitY()))};
     const double moving = body == 0 ? std::min(t, 0.5) : std::min(t, 1.0);
-    // The second one ends tilted by 30 degrees off a face.
+    // The second one ends with a tilt of 30 degrees from a face.
     return Pose{Vec3(moving, 0, 0),
                 Quat(Eigen::AngleAxisd(body == 0 ? 0 : radians(30), Vec3::UnitZ()))};
   });
@@ -169,8 +169,7 @@ TEST_F(RunMeasuresTest, AngleOfAConeOfBodies) {
 
 TEST_F(RunMeasuresTest, PackingOfALattice) {
   // Cubes of 0.2 at 0.3 m, five layers: from the underside of the lowest to the top of the highest,
-  // as balls of their volume, there are 4 * 0.3 + 2 * 0.124 m. Columns at the border are part
-  // empty.
+  // as balls of their volume, 4 * 0.3 + 2 * 0.124 m. Columns at the border are partly empty.
   const auto path = write("run", 8000, 2, [](size_t body, double) {
     return Pose{0.3 * Vec3(static_cast<double>(body % 40), static_cast<double>(body / 1600),
                            static_cast<double>(body / 40 % 40)),
@@ -234,13 +233,13 @@ TEST_F(RunMeasuresTest, ErrorsOfMotion) {
   EXPECT_NEAR(error.relative, 0.25, 1e-5);
   EXPECT_NEAR(error.absolute, 0.5 / kRate / kDiameter, 1e-5);
   EXPECT_EQ(error.absolute_by_frame.size(), 10);
-  // Where nothing moves there is no relative error, but there is an absolute one.
+  // Without motion there is no relative error, but there is an absolute one.
   TrajectoryReader still(write("still", 2, 11, along(0)));
   EXPECT_EQ(motion_error(still, a).relative, 0);
   EXPECT_GT(motion_error(still, a).absolute, 0);
 }
 
-// Faults that a comparison exists to see, in heaps of bodies whose places are random.
+// Faults that comparisons must reveal, in heaps of random positions.
 TEST_F(RunMeasuresTest, InjectedFaultsAreSeen) {
   enum class Fault { none, larger, lower, bouncier };
   const auto heap = [&](const std::string& name, Fault fault) {

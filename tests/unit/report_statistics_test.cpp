@@ -1,4 +1,4 @@
-// Distances whose value is known, and intervals that hold what they should as often as they should.
+// Distances with known values, and intervals with the promised coverage.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ std::vector<double> sorted(std::vector<double> values) {
   return values;
 }
 
-// By quantiles: no noise of sampling.
+// By quantiles: without sampling noise.
 std::vector<double> uniform_grid(double low, double high, int count) {
   std::vector<double> values;
   for (int i = 0; i < count; ++i) values.push_back(low + (high - low) * (i + 0.5) / count);
@@ -28,7 +28,7 @@ std::vector<double> uniform_grid(double low, double high, int count) {
 TEST(Wasserstein, OfPointsIsTheirDistance) {
   EXPECT_DOUBLE_EQ(wasserstein_1(std::vector{2.0}, std::vector{5.0}), 3);
   EXPECT_DOUBLE_EQ(wasserstein_1(std::vector{0.0, 1.0}, std::vector{0.0, 1.0}), 0);
-  // Half of the mass stays, a quarter each moves by 1 and by 3.
+  // Half of the mass stays; a quarter each moves by 1 and by 3.
   EXPECT_DOUBLE_EQ(wasserstein_1(std::vector{0.0, 0.0, 0.0, 0.0}, std::vector{0.0, 0.0, 1.0, 3.0}),
                    1);
 }
@@ -36,8 +36,8 @@ TEST(Wasserstein, OfPointsIsTheirDistance) {
 TEST(Wasserstein, OfAShiftIsTheShift) {
   const auto a = uniform_grid(0, 1, 100);
   EXPECT_NEAR(wasserstein_1(a, uniform_grid(0.7, 1.7, 100)), 0.7, 1e-12);
-  // Whatever the sizes: a uniform distribution against one twice as wide from the same low end,
-  // distance of quantiles u at u: 1/2.
+  // For any sizes: a uniform distribution against one twice as wide with the same low end, distance
+  // of quantiles u at u: 1/2.
   EXPECT_NEAR(wasserstein_1(a, uniform_grid(0, 2, 237)), 0.5, 1e-2);
 }
 
@@ -83,8 +83,8 @@ TEST(Bootstrap, OfAMeanHoldsTheTruthAsOftenAsItSays) {
       EXPECT_GE(interval.high, interval.value);
       held += interval.low <= 3 && 3 <= interval.high;
     }
-    // 95 % nominal; four standard errors of the count are 6 %, and five runs have too few
-    // different resamples to reach the far percentiles.
+    // 95 % nominal; four standard errors of the count are 6 %, and five runs have too few different
+    // resamples for the extreme percentiles.
     EXPECT_GE(held, kTrials * 88 / 100) << runs << " runs";
     EXPECT_LE(held, kTrials * 995 / 1000) << runs << " runs";
     RecordProperty("coverage_of_" + std::to_string(runs), held);
@@ -111,7 +111,7 @@ TEST(Bootstrap, RepeatsAndSaysWhereItDoesNotKnow) {
   EXPECT_TRUE(std::isnan(none.high));
 }
 
-// Runs of one quantity, normal over bodies, whose mean varies from run to run as piles do.
+// Runs of one quantity, normal over bodies, whose mean varies between runs as for piles.
 std::vector<RunMeasures> ensemble(uint32_t runs, double mean, double deviation, uint64_t seed) {
   std::vector<RunMeasures> ensemble;
   for (uint32_t run = 0; run < runs; ++run) {
@@ -133,7 +133,7 @@ TEST(EnsembleError, OfTheSameWayIsAboutOne) {
   EXPECT_NEAR(errors[0].normalised.value, 1, 0.5);
   EXPECT_LT(errors[0].normalised.low, 1);
   EXPECT_GT(errors[0].normalised.high, 1);
-  // Of the very same runs it is 1.
+  // For identical runs it is 1.
   EXPECT_DOUBLE_EQ(ensemble_errors(reference, reference, 1)[0].normalised.value, 1);
 }
 
@@ -154,7 +154,7 @@ TEST(EnsembleError, IsTheMeanOverMoments) {
 }
 
 TEST(EnsembleError, HoldsTheTruthAsOftenAsItSays) {
-  // The truth, by many runs.
+  // The true value, from many runs.
   const double truth = ensemble_errors(ensemble(120, 0, 1, 1001), ensemble(120, 0.6, 1, 1002), 1)[0]
                            .normalised.value;
   constexpr int kTrials = 150;

@@ -46,12 +46,12 @@ TEST(SceneCameras, ResolvedIsTheSameAgainAndKeepsTheFocalLength) {
   const LoadedScene second = parse(first.resolved);
   EXPECT_EQ(first.resolved, second.resolved);
   EXPECT_THAT(first.resolved, HasSubstr("\"focal_length_mm\": 50"));
-  // Another shape of the picture shows another height of the same sensor.
+  // Another aspect ratio shows another height of the same sensor.
   const Scene wide = parse(first.resolved, {"/render/size=[400,200]"}).scene;
   EXPECT_DOUBLE_EQ(std::tan(wide.cameras[0].path->keys[0].field_of_view / 2), 9.0 / 50);
 }
 
-// Hashes of scenes that are older than these keys stay.
+// Hashes of scenes older than these keys stay the same.
 TEST(SceneCameras, WhatIsNotSaidIsNotInTheResolvedScene) {
   const std::string resolved =
       parse(with(R"("camera": {"position": [0, 1, 3], "target": [0, 0, 0]})")).resolved;

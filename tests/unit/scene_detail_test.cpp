@@ -1,4 +1,4 @@
-// The keys of the mixed mode: what is read, what is refused, and where.
+// The keys of the mixed mode: what is accepted, rejected, and where.
 #include <gmock/gmock.h>
 
 #include "scene/scene_loader.h"
@@ -51,7 +51,7 @@ TEST(SceneDetail, LimitsAreOneLessThanLevelsAndInOrder) {
               ElementsAre(HasSubstr("/screen_sizes/1: is 0.2 after 0.1; expected descending")));
 }
 
-// Of a material that spheres have; a ground that has it beside must-impulse bodies is fine.
+// For a material of spheres; a ground with it beside must-impulse bodies is fine.
 TEST(SceneDetail, SpheresHaveNoRollingFriction) {
   const auto of_mode = [](const std::string& mode, const std::string& body) {
     return problems_of(R"({"version": 1, "materials": {"m": {"rolling_friction": 0.1}, "n": {}},

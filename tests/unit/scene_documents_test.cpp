@@ -1,4 +1,4 @@
-// docs/scene.md and the presets keep up with the format.
+// docs/scene.md and the presets match the format.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -47,8 +47,8 @@ std::string section(const std::string& text, const std::string& title) {
   return text.substr(begin, text.find("\n## ", begin + 1) - begin);
 }
 
-// Of the tables' rows whose first column has keys: each, without the object it belongs to
-// ("simulator/mode"). Values in quotes are none.
+// Keys in the first column of tables, each without its object ("simulator/mode"). Quoted values are
+// not keys.
 std::set<std::string> keys_in_tables(const std::string& text) {
   std::set<std::string> keys;
   const std::regex key("`([^`]+)`");
@@ -64,7 +64,7 @@ std::set<std::string> keys_in_tables(const std::string& text) {
   return keys;
 }
 
-// The sections of docs/scene.md, and the keys of a scene whose objects each describes.
+// The sections of docs/scene.md, and the scene keys whose objects they describe.
 const std::map<std::string, std::vector<std::string>> kSections = {
     {"Materials", {"materials"}},
     {"Shapes", {"shapes"}},

@@ -1,4 +1,4 @@
-// The texts of errors in scenes, word for word: they are what an author works with.
+// The texts of errors in scenes, word for word, since authors work with them.
 #include <gmock/gmock.h>
 
 #include "scene_test_support.h"
@@ -163,7 +163,8 @@ TEST(SceneErrors, EventsReferToBodiesThatExist) {
       ElementsAre("s.json:8:65: /events/0/bodies/1: is \"rain/5\", but \"rain\" has 5 bodies; "
                   "expected an index below 5 (they count from 0)",
                   "s.json:8:75: /events/0/bodies/2: is \"rian\", which is no body, emitter or "
-                  "chain of the scene; expected the name of a body, an emitter or a chain. Did you mean \"rain\"?",
+                  "chain of the scene; expected the name of a body, an emitter or a chain. Did you "
+                  "mean \"rain\"?",
                   "s.json:9:45: /events/1/bodies/0: is \"b\", which is not held; expected a body "
                   "with \"held\": true"));
 }

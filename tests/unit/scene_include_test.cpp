@@ -1,4 +1,4 @@
-// Scenes of several files, and the values that stand for others in them.
+// Scenes from several files, and values that replace others in them.
 
 #include <gmock/gmock.h>
 

@@ -70,11 +70,12 @@ TEST(SceneLoader, HingesTurnAboutTheBodyUnlessToldOtherwise) {
   EXPECT_EQ(parse(with_anchor).scene.bodies[2].hinge->anchor, Vec3(7, 8, 9));
 }
 
-// Turned about its own x by 90 degrees, then its new y.
+// Rotated about its own x by 90 degrees, then about its new y.
 TEST(SceneLoader, RotationIsIntrinsicXyz) {
   const std::string text = replaced(kFullScene, "[12.3, -45.6, 78.9]", "[90, 90, 0]");
   const Quat q = parse(text).scene.bodies[2].pose.orientation;
-  // After x: own y is world z. Turning about it by 90 degrees takes own x from world x to world y.
+  // After x, its own y is world z. A rotation about it by 90 degrees takes its x from world x to
+  // world y.
   EXPECT_NEAR((q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 0, 1e-12);
   EXPECT_NEAR((q * Vec3::UnitX() - Vec3::UnitY()).norm(), 0, 1e-12);
 }
@@ -143,7 +144,7 @@ TEST(SceneLoader, OverridesOfNamesThatNothingHasAreRefused) {
       ElementsAre(StartsWith("--set /shapes/bx/size=[2,2,2]: the scene has no shape \"bx\"")));
   EXPECT_THAT(problems_of(scene(R"("name": "n")"), {"/variables/n=3"}),
               ElementsAre(EndsWith("expected a name from /variables, which is empty")));
-  // What is named somewhere may come from the command line alone.
+  // A value that is named somewhere may come from the command line alone.
   EXPECT_EQ(parse(whole, {time}).scene.duration_s, 2);
   const Scene more = parse(whole, {time, "/materials/oak={\"friction\": 0.3}",
                                    "/bodies/0/material=oak", "/materials/steel/friction=0.1"})
@@ -174,7 +175,7 @@ TEST(SceneLoader, AnOverrideIsBlamedForWhatItDoesElsewhere) {
                   "2000000",
                   "--set /bodies/2/held=1: /bodies has 2 entries; expected an index from 0 to 1",
               }));
-  // What the file has wrong by itself stays the file's.
+  // Errors of the file remain the file's.
   EXPECT_THAT(problems_of(whole, {"/seed=4"}), ElementsAre(StartsWith("s.json:")));
   const auto shapes = problems_of(whole, {"/shapes={}"});
   EXPECT_THAT(shapes, Contains(AllOf(StartsWith("--set /shapes={}: /bodies/0/shape: "),
@@ -264,7 +265,7 @@ TEST(SceneFrames, StepsDivideAFrameEvenly) {
   EXPECT_EQ(scene.steps_per_frame(), 1);
 }
 
-// Who models a room wants things in it, and not on the roof of its hull.
+// Authors of a room want bodies inside it, not on the roof of its hull.
 TEST(SceneLoader, AMeshThatOnlyStandsCollidesAsItIs) {
   const auto chosen = [](const std::string& keys, const std::string& others) {
     const Scene read =

@@ -1,4 +1,4 @@
-// The "piles" of a scene: what is read, what is refused, and where.
+// The "piles" of a scene: what is accepted, rejected, and where.
 #include <gmock/gmock.h>
 
 #include "scene/scene_loader.h"

@@ -36,8 +36,8 @@ bool type_conforms(const json& value, const std::string& type) {
   return type == "number" && value.is_number();
 }
 
-// The part of JSON Schema that the scene schema uses, written from the specification; an unknown
-// keyword fails the test.
+// The part of JSON Schema that the scene schema uses, implemented from the specification; an
+// unknown keyword fails the test.
 bool conforms(const json& value, const json& schema) {
   for (const auto& [keyword, rule] : schema.items()) {
     bool holds = true;

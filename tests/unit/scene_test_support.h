@@ -9,7 +9,7 @@
 
 namespace pilesim {
 
-// Uses every kind of thing a scene can have, on lines of its own.
+// Uses every kind of object that a scene can have, each on its own lines.
 inline const std::string kFullScene = R"({
   // A comment.
   "$schema": "scene.schema.json",

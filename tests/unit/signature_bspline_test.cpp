@@ -1,4 +1,4 @@
-// Splines over tables: closed forms, and against least squares without any separation.
+// Splines over tables: against closed forms, and against least squares without separation.
 #include "signature/spline/bspline.h"
 
 #include <gmock/gmock.h>
@@ -105,13 +105,13 @@ TEST(FitSpline, ReproducesPolynomialsUpToItsDegree) {
     Philox random(3, Stream::signature, 2);
     for (size_t i = 0; i < 11; ++i) {
       for (size_t j = 0; j < 9; ++j) {
-        // Where the nodes lie as floats.
+        // The positions of the nodes as floats.
         data.values.push_back(polynomial(axes[0].parameters[i], axes[1].parameters[j]));
         weights.push_back(random.uniform(0.2, 5));
       }
     }
     const Grid control = fit_spline(axes, data, weights);
-    // Between the nodes, too.
+    // Also between the nodes.
     for (const auto& [x, y] : {std::pair(0.03, 0.97), {0.51, 0.49}, {1.0, 0.22}}) {
       const Grid line = apply_along(control, 1, axes[1].basis.matrix(std::array{y}));
       EXPECT_NEAR(curve(axes[0], line, x), polynomial(x, y), 1e-9) << degree;
@@ -119,7 +119,7 @@ TEST(FitSpline, ReproducesPolynomialsUpToItsDegree) {
   }
 }
 
-// Weights that are no product of factors.
+// Weights that are not a product of factors.
 TEST(FitSpline, IsTheDenseLeastSquaresFit) {
   const std::array axes = {spline_axis(even_axis(0, 1, 6), 2, 4), spline_axis(circle_axis(7), 3, 4),
                            spline_axis(even_axis(0, 1, 5), 1, 3)};

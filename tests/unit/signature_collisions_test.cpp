@@ -1,5 +1,5 @@
-// Response tables from files of collisions: what is written is read again, and what is measured is
-// in the tables, wherever the plane is.
+// Response tables from files of collisions: written files read back, and measurements are in the
+// tables, wherever the plane is.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,8 +41,9 @@ class CollisionFiles : public testing::Test {
   test::ScratchDirectory directory_;
 };
 
-// Each in axes of its own, and as fast as it likes. Without a velocity along the plane there is no
-// axis along it, and turned about the normal spins come between the nodes: those stay.
+// Each collision in its own axes and at its own speed. Those without a tangential velocity stay
+// unchanged: they have no tangential axis, and rotated about the normal their spins would lie
+// between the nodes.
 void turn_and_scale(std::vector<PlaneCollision>& collisions) {
   Philox random(5, Stream::test, 1);
   for (PlaneCollision& c : collisions) {
@@ -56,7 +57,7 @@ void turn_and_scale(std::vector<PlaneCollision>& collisions) {
   }
 }
 
-// All cells that are the same collision as `cell`.
+// All cells that represent the same collision as `cell`.
 std::vector<size_t> same_cells(const ResponseTable& table, size_t cell) {
   const auto key = [&](size_t of) {
     std::array<uint32_t, 4> index = table.cell_index(of);
@@ -117,8 +118,8 @@ TEST_F(CollisionFiles, GiveTheTablesTheyCameFromWithinTheirErrors) {
   EXPECT_LT(static_cast<double>(far), 0.005 * static_cast<double>(values));
 }
 
-// Collisions at `theta`, of any spin, which all leave along the normal at `speed` in units of the
-// measure before.
+// Collisions at `theta`, with any spin, which all leave along the normal at `speed`, in units of
+// the measure before.
 void add_cluster(const ResponseTable& table, double theta, double speed, int count,
                  std::vector<PlaneCollision>& collisions) {
   Philox random(7, Stream::test, collisions.size());
@@ -141,13 +142,13 @@ TEST_F(CollisionFiles, LeaveCellsEmptyWhichTakeTheNearest) {
   const ResponseTable table = table_of(collisions, {}, 1, empty, 4);
   for (size_t cell = 0; cell < table.cell_count(); ++cell) {
     const auto index = table.cell_index(cell);
-    // The poles of the spin are met by few.
+    // Few collisions reach the poles of the spin.
     if (index[0] > 0 && index[0] < 6) {
       EXPECT_EQ(table.trials[cell], 0) << cell;
     } else if (index[1] > 0 && index[1] < 6 && index[3] > 0) {
       EXPECT_GE(table.trials[cell], kFewestCollisions) << cell;
     }
-    // The middle is as near to both.
+    // The middle is equally near to both.
     if (index[0] == 3) continue;
     EXPECT_NEAR(table.mean[6 * cell + 1], index[0] < 3 ? 0.5 : 0.1, 1e-4) << cell;
     EXPECT_NEAR(table.mean[6 * cell], 0, 1e-4);
@@ -164,7 +165,7 @@ TEST_F(CollisionFiles, SayOfAnEmptyCellThatItsMeanMayBeAsFarOffAsOneResponse) {
   EXPECT_NEAR(table.mean_error[6 * met + 1] * std::sqrt(table.trials[met]), 0.2, 0.05);
   EXPECT_EQ(table.trials[not_met], 0);
   EXPECT_NEAR(table.mean_error[6 * not_met + 1], 0.2, 0.05);
-  // What is drawn there is spread as it is there.
+  // Samples there have the spread of that place.
   EXPECT_NE(std::abs(table.exemplars[6 * 4 * not_met + 1]), 0);
 }
 
@@ -177,7 +178,7 @@ TEST_F(CollisionFiles, DoNotFillACellThatTheyGraze) {
   EXPECT_EQ(table.trials[table.cell({4, 3, 4, 5})], 0);
 }
 
-// Without spin phi and psi mean nothing: one height of drops is enough for all of those cells.
+// Without spin phi and psi are undefined: drops from one height are enough for all such cells.
 TEST_F(CollisionFiles, WithoutSpinCountForAllCellsWithout) {
   const ResponseTable empty = make_table(TableLayout::scale_free, 1);
   std::vector<PlaneCollision> collisions(
@@ -239,7 +240,7 @@ TEST_F(CollisionFiles, AreRefusedByLineAndValue) {
       HasSubstr("the velocity before is 2 m/s along the normal; expected a number below 0"));
   EXPECT_THAT(refusal(""),
               HasSubstr("drops.csv: is empty; expected a line that names the columns"));
-  // All that is wrong, but no endless list of it.
+  // Lists all errors, but not endlessly.
   const std::string two = refusal(header + "1\n" + kRow + "2\n");
   EXPECT_THAT(two, testing::AllOf(HasSubstr("drops.csv:2:"), HasSubstr("drops.csv:4:")));
   std::string many = header;

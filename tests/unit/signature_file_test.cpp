@@ -1,4 +1,4 @@
-// Files of signatures: what comes back, and that nothing else than what was written does.
+// Files of signatures: what is read back, and that only written content is.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -21,7 +21,7 @@ Axis axis(const std::string& name, std::vector<float> nodes) {
   return {.name = name, .unit = "rad", .nodes = std::move(nodes)};
 }
 
-// Responses of two nodes an axis, heights of eight, and `poses` rest poses by each way.
+// Responses with two nodes per axis, eight heights, and `poses` rest poses from each source.
 Signature small(size_t poses) {
   Signature s;
   s.body = {.mesh = "box.obj",
@@ -85,7 +85,7 @@ class SignatureFile : public testing::Test {
     write_signature(signature, file_);
     return read_file(file_);
   }
-  // Why these bytes are refused.
+  // The reason for rejecting these bytes.
   std::string refusal(const std::string& bytes) {
     write_file_atomically(file_, bytes);
     try {
@@ -175,7 +175,7 @@ TEST_F(SignatureFile, AFitPacksAsItsTable) {
 }
 
 TEST_F(SignatureFile, NestingWithoutEndIsRefused) {
-  std::string maps;  // each in the one before
+  std::string maps;  // each inside the previous one
   for (int i = 0; i < 100'000; ++i)
     maps +=
         "\xa1\x61"

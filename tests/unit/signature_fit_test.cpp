@@ -1,4 +1,4 @@
-// Fits of a small body's signature: what they keep of the table, and the file.
+// Fits of a small body's signature: their accuracy against the table, and the file.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -55,7 +55,7 @@ ResponseKeys random_keys(Philox& random, const ResponseTable& table) {
 
 TEST(ResponseFit, CovarianceIsPositiveDefiniteEverywhere) {
   for (const Signature* signature : {&scale_free(), &dissertation()}) {
-    // Coarse rounding drives values below zero, where nothing held them.
+    // Coarse rounding would make values negative without a bound.
     for (const double step : {1e-3, 0.3}) {
       const Signature fitted =
           fitted_signature(*signature, cubic(ResponseCoordinates::cartesian, step));
@@ -72,7 +72,7 @@ TEST(ResponseFit, CovarianceIsPositiveDefiniteEverywhere) {
   }
 }
 
-// A fit that has all of the table's freedom.
+// A fit with all of the table's freedom.
 TEST(ResponseFit, WithAControlPointForEachNodeItIsTheTable) {
   FitSettings settings;
   for (SplineSize* size : {&settings.mean, &settings.spread}) {
@@ -90,7 +90,7 @@ TEST(ResponseFit, WithAControlPointForEachNodeItIsTheTable) {
       ASSERT_NEAR(there.mean[i], scale_free().responses.mean[i], 2e-4);
     }
     for (size_t i = 0; i < there.spread.size(); ++i) {
-      // Diagonals are held above kLeastSpread, which is less than the tolerance.
+      // Diagonals are kept above kLeastSpread, which is less than the tolerance.
       ASSERT_NEAR(there.spread[i], scale_free().responses.spread[i], 2e-4) << i;
     }
   }

@@ -1,4 +1,4 @@
-// One contact against closed forms.
+// A single contact against closed forms.
 #include "signature/trial/contact_impulse.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ ContactBody ball(double radius) {
   return make_contact_body(sphere_mesh(radius, 4), Mat3::Identity() * 0.4 * radius * radius);
 }
 
-// The vertex of `ball` that touches is turned to lie exactly under the centre.
+// The touching vertex of `ball`, rotated to lie exactly under the centre.
 Flight on_a_vertex(const ContactBody& body, uint32_t vertex, const Vec3& velocity,
                    const Vec3& spin) {
   const Quat turn = rotation_between(body.vertices[vertex], -Vec3::UnitY());
@@ -46,15 +46,15 @@ TEST(Impulse, ABallThatGripsRollsOn) {
   const ContactBody body = ball(r);
   Flight flight = on_a_vertex(body, 0, {1, -2, 0.5}, {0, 3, 0});
   apply_contact_impulse(body, {.restitution = e, .friction = 1}, 0, flight);
-  // 5/7 of the sliding speed stays, and the contact point stands still.
+  // 5/7 of the sliding speed remains, and the contact point is at rest.
   EXPECT_NEAR((flight.velocity - Vec3(5.0 / 7, e * 2, 2.5 / 7)).norm(), 0, 1e-12);
   const Vec3 point = flight.velocity + flight.world_spin().cross(Vec3(0, -r, 0));
   EXPECT_NEAR(Vec3(point.x(), 0, point.z()).norm(), 0, 1e-12);
   EXPECT_NEAR(flight.world_spin().y(), 3, 1e-12);
 }
 
-// A box that meets the plane with a corner below and beside its centre, without friction:
-// j = (1 + e) v / (1 + (r x n) . I^-1 (r x n)).
+// A box that hits the plane with a corner below and beside its centre, without friction: j = (1 +
+// e) v / (1 + (r x n) . I^-1 (r x n)).
 TEST(Impulse, ABoxOnAnEdgeOrACornerTurnsAsItsInertiaSays) {
   const Vec3 size(0.2, 0.3, 0.5);
   const ContactBody body = test::box_body(size);

@@ -1,4 +1,4 @@
-// Rest poses in a signature, found by geometry and by drops, and whether the two agree.
+// Rest poses in a signature, from geometry and from drops, and whether both agree.
 #include "signature/rest/known_rest_poses.h"
 
 #include <gmock/gmock.h>
@@ -48,12 +48,12 @@ TEST(WilsonInterval, HasItsPublishedValues) {
 
 TEST(KnownRestPoses, CountDropsAtTheNearestFace) {
   const auto poses = known_rest_poses({kUp, kDown, kSide}, drops_of(60, 40, 0));
-  ASSERT_EQ(poses.size(), 4);  // the side is below the threshold both ways
+  ASSERT_EQ(poses.size(), 4);  // the side is below the threshold in both
   EXPECT_EQ(poses[0].source, "geometry");
   EXPECT_EQ(poses[0].probability_low, 0.7);
   EXPECT_EQ(poses[2].source, "simulation");
   EXPECT_DOUBLE_EQ(poses[2].probability, 0.6);
-  EXPECT_NEAR(poses[2].up.dot(tilted(kUp.up, radians(1))), 1, 1e-12);  // as it was seen
+  EXPECT_NEAR(poses[2].up.dot(tilted(kUp.up, radians(1))), 1, 1e-12);  // as observed
   EXPECT_DOUBLE_EQ(poses[3].height_m, 2);
   EXPECT_EQ(poses[3].family, 1);
 }
@@ -75,7 +75,7 @@ TEST(RestPoseAgreement, MissesAPoseThatNoDropReaches) {
   ASSERT_EQ(families.size(), 2);
   EXPECT_TRUE(families[0].agrees);
   EXPECT_FALSE(families[1].agrees);
-  // Ten drops cannot tell.
+  // Ten drops are inconclusive.
   EXPECT_TRUE(compare({kUp, kDown}, drops_of(10, 0, 0))[1].agrees);
 }
 

@@ -49,9 +49,8 @@ TEST(RestPoses, AFairDieShowsEachFaceOnceInSix) {
   EXPECT_THAT(poses, Each(Field(&RestPose::height_m, DoubleNear(0.008, 1e-15))));
 }
 
-// The basin of a box's face is the solid angle that its face subtends from the centre: U falls
-// along great circles away from the corners, so that the borders are the great circles through
-// corners.
+// The basin of a box's face is the solid angle of the face seen from the centre: U falls along
+// great circles away from the corners, so the borders are the great circles through corners.
 TEST(RestPoses, ABrickFollowsTheRollingOfItsEdges) {
   const auto poses = stable_rest_poses(box_mesh({1, 2, 4}));
   ASSERT_EQ(poses.size(), 6);
@@ -70,7 +69,7 @@ TEST(RestPoses, ABrickFollowsTheRollingOfItsEdges) {
   EXPECT_NEAR(std::abs(poses[0].up.x()), 1, 1e-12);
 }
 
-// The facets of the light side are tiny rests of their own; all else rolls to the heavy side.
+// The facets of the light side are tiny rest poses of their own; all else rolls to the heavy side.
 TEST(RestPoses, AWeightedBallComesToRestOnItsHeavySide) {
   TriangleMesh ball = sphere_mesh(1.0, 1);
   const Triangle& t = ball.triangles[17];
@@ -140,13 +139,13 @@ TEST(RestPoses, DoNotDependOnScaleOrOrientation) {
 TEST(RestPoses, ClustersJoinFacesThatLieClose) {
   const auto poses = stable_rest_poses(cylinder_mesh(0.5, 1.0, 96));
   ASSERT_EQ(poses.size(), 98);
-  // Each takes up its neighbours of 3.75 degrees on both sides.
+  // Each absorbs its neighbours of 3.75 degrees on both sides.
   const auto clusters = cluster_rest_poses(poses, radians(5), 0);
   EXPECT_LE(clusters.size(), 2 + 96 / 2);
   EXPECT_NEAR(total_probability(clusters), 1, 1e-9);
 }
 
-// Each of the 48 facets of the side alone has about 1%, together they have more than the ends.
+// Each of the 48 facets of the side has only about 1%; together they exceed the ends.
 TEST(RestPoses, TheFacetsOfARoundSideAreOneFamily) {
   const auto poses = stable_rest_poses(cylinder_mesh(0.5, 1.0, 48));
   ASSERT_EQ(poses.size(), 50);
@@ -155,13 +154,13 @@ TEST(RestPoses, TheFacetsOfARoundSideAreOneFamily) {
   for (const RestPose& pose : poses) ++members[pose.family];
   ASSERT_EQ(members.size(), 3);
   EXPECT_THAT(members, testing::Contains(testing::Pair(testing::_, 48)));
-  // A family that is too rare goes as a whole: the ends of a long cylinder.
+  // A family that is too rare is dropped as a whole: the ends of a long cylinder.
   EXPECT_EQ(
       cluster_rest_poses(stable_rest_poses(cylinder_mesh(0.5, 6.0, 48)), radians(2), 0.05).size(),
       48);
 }
 
-// However low the sill on one side: a body on its end falls to its side easily, but never back.
+// However low the barrier on one side: a body on its end easily falls to its side, but never back.
 TEST(RestPoses, AFamilyIsEasyToRollAboutBothWays) {
   const auto poses = stable_rest_poses(box_mesh({0.05, 0.2, 1}));
   ASSERT_EQ(poses.size(), 6);

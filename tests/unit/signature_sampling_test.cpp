@@ -44,7 +44,7 @@ TEST(CollisionHeight, OfTheSquareOfFigure32) {
     EXPECT_LE(high, std::sqrt(0.5) + 1e-9);
     EXPECT_GT(mean, last_mean) << spin;
     last_mean = mean;
-    // Mean of (|cos| + |sin|) / 2 over the turn.
+    // Mean of (|cos| + |sin|) / 2 over the rotation.
     if (spin == 0) {
       EXPECT_NEAR(mean, 2 / kPi, 0.01);
     }
@@ -79,8 +79,8 @@ TEST(CollisionHeight, IsReadBetweenNodesAndScaleFree) {
   EXPECT_GE(still.mean_m, *std::min_element(table.mean_m.begin(), table.mean_m.end()));
 }
 
-// A flat body precesses quickly: where contacts were measured at other spins than the keys say,
-// most of the variance between collisions is left over.
+// A flat body precesses quickly: if contacts were measured at other spins than the keys state, most
+// of the variance between collisions would remain.
 TEST(CollisionHeight, IsExplainedByItsKeysForABodyThatPrecesses) {
   const ContactBody body = test::box_body({1, 0.9, 0.1});
   const TrialSetup setup{&body, {}};
@@ -90,8 +90,8 @@ TEST(CollisionHeight, IsExplainedByItsKeysForABodyThatPrecesses) {
   EXPECT_LT(report.height_unexplained, 0.06);
 }
 
-// A ball that is fine enough responds alike in every orientation: the mean is the closed form and
-// there is nearly no spread.
+// A fine ball responds alike in every orientation: the mean is the closed form, with nearly no
+// spread.
 TEST(Responses, OfABallAreItsClosedForm) {
   const double r = 0.5, e = 0.5, mu = 0.2;
   const ContactBody body = make_contact_body(sphere_mesh(r, 4), Mat3::Identity() * 0.4 * r * r);
@@ -105,7 +105,7 @@ TEST(Responses, OfABallAreItsClosedForm) {
     const Vec3 u = at.velocity + at.spin.cross(arm);
     const Vec3 slide(u.x(), 0, u.z());
     const double j = (1 + e) * -at.velocity.y();
-    // Gripping takes 2/7 of the sliding speed.
+    // Sticking removes 2/7 of the sliding speed.
     const double grip = slide.norm() * 2 / 7;
     const Vec3 friction = -slide.normalized() * std::min(mu * j, grip);
     const Vec3 v = at.velocity + friction + Vec3(0, j, 0);
@@ -126,8 +126,8 @@ struct PartOfTable {
 };
 class TrialsAtContact : public testing::TestWithParam<PartOfTable> {};
 
-// Two ways to the same table: launches whose contacts lie where they may, fitted, and trials that
-// start at exactly the cell's velocities. Cells are compared where launches come from all sides.
+// Two ways to the same table: a fit of launches with contacts between cells, and trials that start
+// at exactly the cell's velocities. Cells are compared where launches come from all sides.
 TEST_P(TrialsAtContact, AgreeWithLaunches) {
   Philox random(17, Stream::test, 0);
   const ContactBody body = test::random_body(random, 24);
@@ -179,8 +179,8 @@ INSTANTIATE_TEST_SUITE_P(Responses, TrialsAtContact,
                          testing::Values(PartOfTable{{2, 2, 0, 3}, {3, 4, 12, 4}},
                                          PartOfTable{{5, 0, 0, 0}, {2, 4, 12, 4}}));
 
-// Contacts are as frequent as they approach fast: where no part of the body moves away from the
-// plane, by the velocity of the centre in the mean, whichever part is the lowest.
+// Contacts occur in proportion to their approach speed: if no part of the body moves away from the
+// plane, the mean equals the velocity of the centre, whichever part is lowest.
 TEST(Responses, ContactsAreAsFrequentAsTheyApproachFast) {
   const ContactBody body = test::box_body({1, 0.3, 0.2});
   for (const SpinMeasure spins : {SpinMeasure::angular_velocity, SpinMeasure::energy}) {
@@ -203,7 +203,7 @@ TEST(Responses, ContactsAreAsFrequentAsTheyApproachFast) {
   }
 }
 
-// Reflected through the plane of velocity and normal: velocities keep x and y, spins keep z.
+// Mirrored in the plane of velocity and normal: velocities keep x and y, spins keep z.
 TEST(Responses, OfAMirroredBodyAreMirrored) {
   Philox random(23, Stream::test, 0);
   std::vector<Vec3> points;
@@ -278,7 +278,7 @@ TEST(Accuracy, AShiftIsItsOwnDistance) {
     a.push_back(x);
     b.push_back(x + shift);
   }
-  // A sixth of the squared shift falls on a random direction.
+  // A sixth of the squared shift projects onto a random direction.
   EXPECT_NEAR(sliced_wasserstein(a, b, 4000), 1 / std::sqrt(6.0), 0.01);
   EXPECT_EQ(sliced_wasserstein(a, a, 10), 0);
 }
@@ -289,7 +289,7 @@ TEST(Draws, KeepTheLimitsAndTheFrame) {
   const ResponseTable table =
       sample(setup, TableLayout::scale_free, {.trials_per_cell = 10, .exemplars = 8});
   const auto k = static_cast<float>(body.gyration_m);
-  // What 1 % of this body's true responses exceed.
+  // The value that 1 % of this body's true responses exceed.
   const float most = table.most_growth * table.most_growth;
   EXPECT_GE(most, 1);
   EXPECT_LT(most, 1.3F);

@@ -1,4 +1,4 @@
-// Bodies that come after the start wait until nobody who moves is in their place.
+// Bodies that appear after the start wait until no moving body occupies their place.
 
 #include <gmock/gmock.h>
 
@@ -13,7 +13,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Balls of radius 0.1 from a point `height` over the ground, `rate_hz` of them a second.
+// Balls of radius 0.1 from a point `height` above the ground, `rate_hz` per second.
 SmallModel tap(double height, double rate_hz, int count,
                SimulatorMode mode = SimulatorMode::impulse) {
   SmallModel small;
@@ -29,7 +29,7 @@ SmallModel tap(double height, double rate_hz, int count,
   return small;
 }
 
-// The nearest that any two present bodies' centres are.
+// The least distance between the centres of any two present bodies.
 double nearest(const Simulator& simulator) {
   const BodyStates& states = simulator.states();
   double nearest_m = 1e9;
@@ -51,7 +51,7 @@ TEST_P(Appearance, NobodyComesInsideAnother) {
   uint32_t most = 0;
   for (int frame = 0; frame < 40; ++frame) {
     most = std::max(most, simulator->step_frame().bodies_present);
-    // What rests on others may be pressed in by the solvers' own tolerance.
+    // Bodies on others may be pressed in by the solvers' own tolerance.
     EXPECT_GT(nearest(*simulator), 0.19) << frame;
   }
   EXPECT_GT(most, 2u);

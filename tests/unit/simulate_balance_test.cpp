@@ -1,4 +1,4 @@
-// Sleeping bodies are in balance: slowness alone does not put a body to sleep.
+// Sleeping bodies are in balance: a slow body does not sleep unless it is.
 
 #include <gtest/gtest.h>
 
@@ -19,12 +19,13 @@ constexpr double kGravity = 9.81;
 // Flat, as wide as a box of 10 cm: it does not tip.
 uint32_t slab(SmallModel& m) { return m.box({0.1, 0.05, 0.1}); }
 
-// A box on a slope: the ground is level and gravity leans, downhill is by `heading` from x to z.
+// A box on a slope: the ground is level and gravity is tilted; downhill is by `heading` from x to
+// z.
 struct Slope {
   double angle = 0, friction = 0, step_s = 1.0 / 240, heading = 0;
 
   double acceleration() const { return kGravity * (std::sin(angle) - friction * std::cos(angle)); }
-  // The way that a box makes downhill, m.
+  // The downhill distance of a box, m.
   double run(double seconds) const {
     SmallModel m;
     m.scene.frame_rate = 60;
@@ -40,7 +41,7 @@ struct Slope {
   }
 };
 
-// To 2 % of the way, or 1 mm.
+// To 2 % of the distance, or 1 mm.
 TEST(Balance, ABoxSlidesHoweverLittleFrictionFallsShort) {
   for (const double degrees : {10.0, 20.0, 30.0}) {
     for (const double step_s : {1.0 / 480, 1.0 / 240, 1.0 / 120}) {
@@ -81,7 +82,7 @@ TEST(Balance, ABoxSlidesInWhateverDirectionTheSlopeFalls) {
   }
 }
 
-// A ball needs no friction to fall short: it rolls.
+// A ball needs no lack of friction: it rolls.
 TEST(Balance, ABallRollsDownTheSlightestSlope) {
   SmallModel m;
   const double angle = radians(0.2);
@@ -95,7 +96,7 @@ TEST(Balance, ABallRollsDownTheSlightestSlope) {
   EXPECT_NEAR(simulator->states().position[1].x(), way, 0.02 * way);
 }
 
-// True rest sleeps in time: a little more than three times the time that tipping over takes.
+// A body truly at rest sleeps in time: slightly more than three times the time of tipping over.
 TEST(Balance, WhatRestsSleeps) {
   for (const double degrees : {0.0, 10.0, 30.0}) {
     for (const double friction : {1.02, 1.5}) {
@@ -111,7 +112,7 @@ TEST(Balance, WhatRestsSleeps) {
   }
 }
 
-// A board under a box, turned by keys.
+// A board under a box, rotated by keys.
 SmallModel box_on_a_board(double friction, const Vec3& place) {
   SmallModel m;
   const uint32_t material = m.material(0, friction);
@@ -149,7 +150,7 @@ TEST(Balance, ATurntableCarriesABoxHoweverSlowlyItTurns) {
   }
 }
 
-// Where w^2 r is less than mu g a box stays at its radius; where it is more it leaves.
+// Where w^2 r is below mu g a box stays at its radius; above, it leaves.
 TEST(Balance, ABoxLeavesATurntableWhereCoulombSays) {
   constexpr double kRate = 1.5, kFriction = 0.2;
   const double limit = kFriction * kGravity / (kRate * kRate);  // 0.87 m
@@ -170,7 +171,7 @@ TEST(Balance, ABoxLeavesATurntableWhereCoulombSays) {
   }
 }
 
-// The board tilts about z by 0.02 rad/s; the angle at which the box has slid by 1 mm on it.
+// The board tilts about z by 0.02 rad/s; the angle at which the box has slid by 1 mm.
 TEST(Balance, ABoxOnATiltingBoardSlidesAtTheAngleOfFriction) {
   constexpr double kRate = 0.02;
   for (const double friction : {0.1, 0.3, 0.5}) {
@@ -184,13 +185,13 @@ TEST(Balance, ABoxOnATiltingBoardSlidesAtTheAngleOfFriction) {
       const Vec3 downhill(std::cos(angle), -std::sin(angle), 0);
       if (downhill.dot(simulator->states().position[1]) > 1e-3) slid_at = angle;
     }
-    // It needs (6 * 1 mm / (g w))^(1/3) = 0.3 s to come so far, 0.006 rad.
+    // It needs (6 * 1 mm / (g w))^(1/3) = 0.3 s to slide that far, 0.006 rad.
     EXPECT_NEAR(slid_at, std::atan(friction), 0.01) << friction;
     EXPECT_GT(slid_at, std::atan(friction)) << friction;
   }
 }
 
-// A slow belt carries a heap, and what it ends at is not left behind asleep.
+// A slow belt carries a heap, and no body at its end is left behind asleep.
 TEST(Balance, ASlowBeltCarriesWhatLiesOnIt) {
   constexpr double kSpeed = 0.005;
   SmallModel m = box_on_a_board(0.5, Vec3::Zero());

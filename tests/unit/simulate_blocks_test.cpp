@@ -1,4 +1,4 @@
-// Structures of blocks in the mixed mode: what lies face to face stays so until it comes apart.
+// Structures of blocks in the mixed mode: face contacts last until blocks separate.
 
 #include <gtest/gtest.h>
 

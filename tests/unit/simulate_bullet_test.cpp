@@ -1,4 +1,5 @@
-// Stock Bullet as a second opinion: closed forms as far as it keeps them, and the same bytes again.
+// Stock Bullet as a second opinion: closed forms as far as it satisfies them, and reproducible
+// bytes.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +30,7 @@ struct BulletModel : SmallModel {
   std::unique_ptr<Simulator> start() const { return make_simulator(scene, model); }
 };
 
-// Bullet's integration: the velocity of a step's end moves a body through all of the step.
+// Bullet's integration: the velocity at the end of a step moves a body during the whole step.
 TEST(Bullet, FallsFreelyButForItsStep) {
   BulletModel m;
   m.body(m.sphere(0.1), m.material(0, 0), {0, 10, 0}).linear_velocity = {3, 4, -1};
@@ -111,7 +112,7 @@ TEST(Bullet, ABallBouncesByItsRestitution) {
     EXPECT_NEAR(height_of_bounce(0.1, restitution, 1), restitution * restitution, 0.05);
   }
   EXPECT_LT(height_of_bounce(0.1, 0, 1), 0.01);
-  // So fast that it is swept along its way.
+  // Fast enough for continuous collision detection.
   EXPECT_NEAR(height_of_bounce(0.01, 0.5, 1), 0.25, 0.05);
 }
 
@@ -174,7 +175,7 @@ TEST(Bullet, OnABoardThatTiltsABoxSlidesFromTheAngleOfFrictionOn) {
         states.orientation[0].conjugate() * (states.position[1] - states.position[0]);
     if (std::abs(place.x()) > 0.02) slides_at = 0.1 * frame / 60;
   }
-  // It comes so far by an acceleration that grows with the angle, 0.1 rad in a second.
+  // It reaches that by an acceleration proportional to the angle, 0.1 rad in a second.
   const double until_seen_s = std::cbrt(6 * 0.02 / (0.1 * kGravity));
   EXPECT_NEAR(slides_at, std::atan(0.2) + 0.1 * until_seen_s, 0.01);
 }
@@ -203,8 +204,7 @@ TEST(Bullet, ATriangleSurfaceHoldsABoxAndABallAndAHull) {
   }
 }
 
-// Two boxes side by side whose inertia is not diagonal in the body frame: an L that lies on its
-// back.
+// Two boxes side by side whose inertia is not diagonal in the body frame: an L on its back.
 TEST(Bullet, ACompoundLiesOnItsPieces) {
   BulletModel m;
   const uint32_t wood = m.ground(0.2, 0.6);
@@ -296,7 +296,7 @@ TEST(Bullet, GivesTheSameBytesAgainAtAnyNumberOfThreadsAndResumed) {
   first->save(half);
   run(*first, 45);
   set_thread_count(2);
-  // Between the two the addresses of what Bullet allocates change.
+  // Between the two, the addresses of Bullet's allocations change.
   const std::vector<std::unique_ptr<Simulator>> others = [&] {
     std::vector<std::unique_ptr<Simulator>> made;
     for (int i = 0; i < 3; ++i) made.push_back(m.start());

@@ -1,5 +1,5 @@
-// Control by a director: in the impulse mode, and in the mixed mode of solved bodies, of spheres,
-// and of those that are both.
+// Control by a director: in the impulse mode, and in the mixed mode with solved bodies, spheres,
+// and bodies that are both.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ struct Balls : SmallModel {
 
 class ControlOf : public testing::TestWithParam<Engine> {
  protected:
-  // What a sphere of the same volume as the ball's mesh, in floats, may differ by.
+  // Tolerance for a sphere of the same volume as the ball's mesh, in floats.
   static constexpr double kNear = 2e-3;
 
   std::unique_ptr<Simulator> directed(std::function<void(BodyControl&)> act) {
@@ -117,7 +117,7 @@ TEST_P(ControlOf, NothingElseThatHappensBesideASleeperWakesIt) {
   EXPECT_LT((simulator->states().position[1] - Vec3(0, 1, 0)).norm(), 1e-7);
 }
 
-// Also in a scene with structures, in which others wake with what they stand on.
+// Also in a scene with structures, in which other bodies wake with their supports.
 TEST_P(ControlOf, ASleeperStaysWhenWhatIsBelowItFalls) {
   balls_.model.bodies[1].pose.position.y() = 1;
   balls_.model.bodies[2].pose.position = {0, 0.8, 0};
@@ -254,7 +254,7 @@ INSTANTIATE_TEST_SUITE_P(AllEngines, ControlOf,
                                          Engine::sphere),
                          testing::PrintToStringParamName());
 
-// The camera comes, goes and comes again while the ball slides.
+// The camera approaches, leaves and approaches again while the ball slides.
 TEST(MixedControl, AnImpulseMovesASleeperThatHasChangedEngines) {
   Balls balls(Engine::near_exact);
   balls.scene.simulator.detail.levels.push_back(balls.scene.simulator.detail.levels[0]);
@@ -286,7 +286,7 @@ TEST(MixedControl, AnImpulseMovesASleeperThatHasChangedEngines) {
   EXPECT_NEAR(simulator->states().linear_velocity[1].x(), 3, 1e-3);
 }
 
-// All pairs, one by one. A large ball is among the small ones, some sleep.
+// All pairs, one by one. A large ball is among the small ones; some sleep.
 TEST(SphereContacts, AreThoseOfAllPairs) {
   constexpr uint32_t kBalls = 300;
   Balls balls(Engine::sphere);
@@ -349,7 +349,7 @@ TEST(ImpulseControl, NailsHoldUntilTheyAreRemoved) {
   EXPECT_LT(simulator->states().position[1].y(), 0.9);
 }
 
-// What holds an arm up turns with the nail's axis: none of it is left to drive the arm about it.
+// The support of an arm turns with the nail's axis: none of it drives the arm about that axis.
 TEST(ImpulseControl, ATurningNailDrivesNothing) {
   SmallModel turntable;
   turntable.scene.frame_rate = 60;
@@ -377,7 +377,7 @@ TEST(ImpulseControl, ATurningNailDrivesNothing) {
   EXPECT_NEAR(states.angular_velocity[2].dot(axis), 0, 0.1);
 }
 
-// By the impulse of the whole step, which an impact gives at its beginning.
+// By the impulse of the whole step, which an impact transmits at its start.
 TEST(ImpulseControl, ABlowBreaksANailThatItIsStrongerThan) {
   for (const double share : {0.5, 2.0}) {
     Balls balls;

@@ -40,7 +40,7 @@ TEST(DispatchTable, IsTableFourOne) {
       {exact, exact, {impulse, impulse, impulse}},
       {exact, near_exact, {impulse, impulse, impulse}},
       {exact, standing, {impulse, impulse, impulse}},
-      {exact, statistical, {none, none, none}},  // the update rule keeps it from happening
+      {exact, statistical, {none, none, none}},  // the update rule prevents it
       {exact, threaded, {impulse, impulse, impulse}},
       {threaded, threaded, {impulse, impulse, particle}},
       {threaded, near_exact, {impulse, PairMethod::statistical, particle}},
@@ -60,7 +60,7 @@ TEST(DispatchTable, IsTableFourOne) {
   }
 }
 
-// As it is written: rings on a pole are as all others, and what stands is I' to an I' body.
+// To the letter: rings on a pole are like all others, and standing bodies are I' to an I' body.
 TEST(DispatchTable, AsWrittenItHasNoExceptions) {
   const LevelOfDetail detail;
   DispatchTable table(detail, six_bodies(), Method::dissertation);
@@ -77,10 +77,10 @@ TEST(DispatchTable, AsWrittenItHasNoExceptions) {
 TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
   LevelOfDetail detail;
   EXPECT_TRUE(DispatchTable(detail, six_bodies()).may_solve_spheres());
-  detail.level = 2;  // level 1 is out of reach then
+  detail.level = 2;  // level 1 is then out of reach
   EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_spheres());
   Model model = six_bodies();
-  model.shapes[0].pieces.resize(2);  // something may go through it
+  model.shapes[0].pieces.resize(2);  // another body may pass through it
   EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
   detail.level = 3;
   EXPECT_FALSE(DispatchTable(detail, model).may_solve_spheres());
@@ -112,7 +112,7 @@ TEST(DispatchTable, PairsHaveTheFinerLevelOfTheTwo) {
   EXPECT_EQ(of_pair(table, statistical, 2, statistical, 0), PairMethod::statistical);
   EXPECT_EQ(of_pair(table, statistical, 2, statistical, 2), particle);
   EXPECT_EQ(of_pair(table, near_exact, 2, near_exact, 0), impulse);
-  // What stands has no level of its own.
+  // Standing bodies have no level of their own.
   EXPECT_EQ(of_pair(table, statistical, 2, standing, 0), particle);
 }
 

@@ -1,4 +1,4 @@
-// Chapter 3 of the dissertation as it is written: what sets it apart from the statistical mode.
+// Chapter 3 of the dissertation to the letter: its differences from the statistical mode.
 
 #include <gmock/gmock.h>
 
@@ -16,8 +16,8 @@ class Dissertation : public test::StatisticalScene {
   Dissertation() { scene_.simulator.method = Method::dissertation; }
 };
 
-// 3.2.4.2: "as if that object were fixed". The signature of a ball has no spread, so each of two
-// balls that meet at the speed v leaves at v + 2 e v, where momentum and energy allow e v.
+// 3.2.4.2: "as if that object were fixed". The signature of a ball has no spread, so two balls that
+// collide at speed v each leave at v + 2 e v, where momentum and energy allow e v.
 TEST_F(Dissertation, BothBodiesTakeTheOtherForFixed) {
   constexpr double kBounce = 0.8, kSpeed = 2;
   scene_.materials["stuff"].restitution = kBounce;
@@ -32,8 +32,8 @@ TEST_F(Dissertation, BothBodiesTakeTheOtherForFixed) {
 }
 
 // 3.2.4.1: one sphere of the collision height, for the ground too. A cube that falls without spin
-// hits it, in the mean over its orientations, at 0.75 of its width: the mean height of a support of
-// a cube is 3/4 (its mean width is 3/2 of the edge).
+// hits it at 0.75 of its width on average over its orientations: the mean height of a cube's
+// support is 3/4 (its mean width is 3/2 of the edge).
 TEST_F(Dissertation, ABodyHitsTheGroundAtItsMeanCollisionHeight) {
   constexpr double kSize = 0.2;
   add_ground();
@@ -51,9 +51,9 @@ TEST_F(Dissertation, ABodyHitsTheGroundAtItsMeanCollisionHeight) {
   EXPECT_NEAR(lowest, 0.75 * kSize, 0.01 * kSize);
 }
 
-// 3.2.5: by its collisions, and the radius goes to h_rest. Where that is wider than the sphere was it
-// ends in the ground, since nothing undoes what overlaps: "we do not need [...] the penetration
-// depth".
+// 3.2.5: collisions turn the body, and the radius goes to h_rest. If that is larger than the sphere
+// was, the body ends inside the ground, since nothing removes overlaps: "we do not need [...] the
+// penetration depth".
 TEST_F(Dissertation, OnLevelGroundBodiesEndInTheNearestRestPose) {
   const Vec3 size(0.3, 0.2, 0.1);
   add_ground();
@@ -71,8 +71,8 @@ TEST_F(Dissertation, OnLevelGroundBodiesEndInTheNearestRestPose) {
   }
 }
 
-// "If piled up on top of others, we do not do anything special": it stops in any pose, and what it
-// lies on may go without its noticing, but what hits it moves it.
+// "If piled up on top of others, we do not do anything special": it stops in any pose, and does not
+// notice if its support leaves, but an impact moves it.
 TEST_F(Dissertation, WhatIsAtRestStaysUntilItIsHit) {
   add_ground();
   add_shape("ball", sphere_mesh(0.1, 3));

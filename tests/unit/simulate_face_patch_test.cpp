@@ -1,4 +1,4 @@
-// The patch in which two blocks lie on each other, and what it carries.
+// The patch on which two blocks touch, and the loads it carries.
 
 #include "simulate/sphere/face_patch.h"
 
@@ -27,7 +27,7 @@ TEST(FacePatch, BlocksAreWhatFillsItsBox) {
 }
 
 TEST(FacePatch, IsWhatTwoFacesShare) {
-  // A brick half over another one, a millimetre above it.
+  // A brick half over another one, with a gap of a millimetre.
   const auto patch = patch_between(brick({0.15F, 0.101F, 0}), brick({0, 0, 0}), 0.01F);
   ASSERT_TRUE(patch);
   EXPECT_NEAR((patch->normal - Vec3f::UnitY()).norm(), 0, 1e-6);
@@ -70,8 +70,8 @@ TEST(FacePatch, TiltBringsTheFacesTogether) {
   EXPECT_NEAR(on_plane.middle.y(), 0, 1e-6);
 }
 
-// A block on the ground in a step of 1/240 s, with a torque about z as a part of that which tips
-// it: how fast it turns after the sweeps, rad/s.
+// A block on the ground in a step of 1/240 s, with a torque about z as a share of that which tips
+// it: its angular speed after the sweeps, rad/s.
 float turning(float part) {
   constexpr float kStep = 1 / 240.0F, kMass = 3, kGravity = 9.81F;
   const FacePatch patch =

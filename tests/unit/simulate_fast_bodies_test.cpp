@@ -1,4 +1,4 @@
-// Bodies that move farther in a step than they are thick.
+// Bodies that move farther in a step than their thickness.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace pilesim {
 namespace {
 
-// Walls of one convex piece, or of triangles as a container has them.
+// Walls of one convex piece, or of triangles as in a container.
 uint32_t wall_shape(SmallModel& m, const Vec3& size, bool triangles) {
   const uint32_t wall = m.box(size);
   if (triangles) {
@@ -68,8 +68,8 @@ TEST(FastBodies, AFastKinematicWallPushesWhatItMeets) {
   EXPECT_GT(simulator->states().position[1].x(), 3);
 }
 
-// How many of kThrown cards, cubes and sticks that spin, thrown down at 5 to 125 m/s, fall through
-// a floor of 2 cm.
+// How many of kThrown spinning cards, cubes and sticks, thrown down at 5 to 125 m/s, fall through a
+// floor of 2 cm.
 constexpr int kThrown = 150;
 int fallen_through(bool triangles, uint64_t seed) {
   SmallModel m;
@@ -95,8 +95,8 @@ int fallen_through(bool triangles, uint64_t seed) {
       simulator->states().position, [](const Vec3& position) { return position.y() < -0.02; }));
 }
 
-// Turning is followed to first order: after a hit at 60 m/s a stick turns by radians in a step, and
-// its other tip may come round unseen.
+// Rotation is followed to first order: after an impact at 60 m/s a stick turns by radians in a
+// step, and its other tip may pass unseen.
 TEST(FastBodies, WhatSpinsHardlyEverFallsThroughAThinFloor) {
   constexpr int kSeeds = 16;  // four of them have 5 to 15 of 600, by chance
   for (const bool triangles : {false, true}) {
@@ -107,7 +107,7 @@ TEST(FastBodies, WhatSpinsHardlyEverFallsThroughAThinFloor) {
   }
 }
 
-// Nothing holds the plate: it takes the bullet's momentum with it.
+// Nothing holds the plate: it moves off with the bullet's momentum.
 TEST(FastBodies, ABulletTakesAThinPlateWithIt) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();

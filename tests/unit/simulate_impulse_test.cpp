@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-// |error| < bound; `--gtest_output=json:FILE` keeps the error itself.
+// |error| < bound; `--gtest_output=json:FILE` records the error itself.
 void expect_error(const std::string& name, double error, double bound) {
   std::ostringstream text;
   text << std::setprecision(2) << error;
@@ -53,16 +53,16 @@ TEST(Impulse, ABallBouncesToRestitutionSquaredOfItsHeight) {
       simulator->step_frame();
       if (i > 60 * impact_s + 1) top = std::max(top, simulator->states().position[1].y() - 0.1);
     }
-    // Frames miss the top by up to half a frame: g/2 (1/120 s)^2 = 0.3 mm; the place of the impact
-    // is known to a step's way, 4.4 m/s / 240 / 2, in which the speed changes by 0.2 %.
+    // Frames miss the top by up to half a frame: g/2 (1/120 s)^2 = 0.3 mm. The position of the
+    // impact is known to a step's way, 4.4 m/s / 240 / 2, in which the speed changes by 0.2 %.
     const auto percent = std::to_string(std::lround(100 * restitution));
     expect_error("height_m_of_restitution_" + percent + "_percent", top - restitution * restitution,
                  0.012);
   }
 }
 
-// However near the ground the step before has left it, whether contacts are solved as few or as
-// many.
+// However close to the ground the previous step left it, and whether few or many contacts are
+// solved.
 TEST(Impulse, AllBallsBounceAlike) {
   constexpr double kRestitution = 0.6, kRadius = 0.1;  // 1, m
   for (const int balls : {100, 400}) {
@@ -86,7 +86,7 @@ TEST(Impulse, AllBallsBounceAlike) {
       const double landed = std::sqrt(2 * kGravity * drops_m[static_cast<size_t>(i)]);
       most = std::max(most, std::abs(bounced / landed / kRestitution - 1));
     }
-    // The place of the impact is known to a step's way: 18 mm of 1 m, of the bounce's 0.36 m.
+    // The position of the impact is known to a step's way: 18 mm of 1 m, of the bounce's 0.36 m.
     expect_error("share_of_speed_of_" + std::to_string(balls), most, 0.04);
   }
 }
@@ -107,7 +107,7 @@ TEST(Impulse, ABallThatLosesNothingGainsNothing) {
 class Incline : public testing::Test {
  protected:
   static constexpr double kAngle = radians(25);
-  // The incline is level and gravity leans: x runs downhill.
+  // The incline is level and gravity is tilted: x points downhill.
   SmallModel with_friction(double friction) {
     SmallModel m;
     m.scene.gravity = kGravity * Vec3(std::sin(kAngle), -std::cos(kAngle), 0);
@@ -214,14 +214,14 @@ TEST(Impulse, ThinBodiesGainNoEnergyInFlight) {
         most = std::max(most, ratio);
         least = std::min(least, ratio);
       }
-      // The energy swings, and does not grow.
+      // The energy oscillates without growth.
       EXPECT_LT(most, 1.06) << size.transpose() << " at " << turn_rate;
       EXPECT_GT(least, 0.94) << size.transpose() << " at " << turn_rate;
     }
   }
 }
 
-// A symmetric top: its axis goes round the angular momentum at L / I_across.
+// A symmetric top: its axis circles the angular momentum at L / I_across.
 TEST(Impulse, ATopPrecessesAtItsRate) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
@@ -259,9 +259,9 @@ TEST(Impulse, ACollisionKeepsMomentumAndTheEnergyThatRestitutionLeaves) {
   }
 }
 
-// A body on the ground has nowhere to go, so an impact passes through it: a body that falls on it
-// bounces as off the ground. When it moved under the impact, and the ground stopped it afterwards,
-// nothing of the bounce was left.
+// A body on the ground cannot move down, so an impact passes through it: a body that falls on it
+// bounces as off the ground. If it moved under the impact and the ground stopped it afterwards,
+// nothing of the bounce would remain.
 TEST(Impulse, ABoxBouncesOffWhatLiesAsOffTheGround) {
   constexpr double kDrop = 0.5, kRestitution = 0.6;  // m, 1
   for (const int lying : {1, 2}) {
@@ -280,10 +280,10 @@ TEST(Impulse, ABoxBouncesOffWhatLiesAsOffTheGround) {
       if (i <= 60 * impact_s + 1) continue;
       top = std::max(top, simulator->states().position.back().y() - landed);
     }
-    // Two steps' way: where it is met, and which of its corners come first.
+    // Two steps' way: the position of the contact, and which corners touch first.
     expect_error("height_m_on_" + std::to_string(lying), top - kRestitution * kRestitution * kDrop,
                  0.02);
-    // An impact beside its middle lifts it by some millimetres, as sweeps end.
+    // An off-centre impact lifts it by some millimetres, as sweeps end.
     EXPECT_NEAR(simulator->states().position[1].y(), 0.1, 0.01);
   }
 }
@@ -317,7 +317,7 @@ SmallModel box_on_a_belt(double friction, double belt_speed, double motion_s) {
   return m;
 }
 
-// What stands on a moving body is dragged along at mu g until it is as fast.
+// A moving body drags bodies on it at mu g until their speeds are equal.
 TEST(Impulse, AKinematicBodyDragsWhatLiesOnIt) {
   constexpr double kFriction = 0.2;
   constexpr double kSpeed = 1;
@@ -332,7 +332,7 @@ TEST(Impulse, AKinematicBodyDragsWhatLiesOnIt) {
   EXPECT_NEAR(simulator->states().linear_velocity[1].x(), kSpeed, 1e-3);
 }
 
-// The origin of the shape is not its centre of mass: the keys move the origin.
+// The shape's origin is not its centre of mass: the keys move the origin.
 TEST(Impulse, AKinematicBodyTurnsAboutTheOriginOfItsShape) {
   SmallModel m;
   const uint32_t material = m.material(0, 0);
@@ -350,7 +350,7 @@ TEST(Impulse, WhatLiesOnAKinematicBodyStopsAndSleepsAfterIt) {
   const SmallModel m = box_on_a_belt(0.8, 0.5, 1);
   const auto simulator = make_simulator(m.scene, m.model);
   EXPECT_EQ(run(*simulator, 300).bodies_awake, 0);
-  // It slips for 0.5 / (0.8 g) when the belt starts, and as long when the belt stops.
+  // It slips for 0.5 / (0.8 g) when the belt starts, and equally long when it stops.
   EXPECT_NEAR(simulator->states().position[1].x(), 0.5, 5e-3);
 }
 
@@ -369,7 +369,7 @@ TEST(Impulse, AHingedRodSwingsWithThePeriodOfACompoundPendulum) {
       1000 * m.model.shapes[0].mass.inertia_m5(2, 2) + mass * length * length / 4;
   const double period_s = 2 * kPi * std::sqrt(inertia / (mass * kGravity * length / 2)) *
                           (1 + amplitude * amplitude / 16);
-  // The time of two zero crossings of the same sense.
+  // The times of two zero crossings in the same direction.
   std::vector<double> crossings;
   double before = simulator->states().position[0].x();
   for (int frame = 1; frame < 400; ++frame) {
@@ -419,8 +419,8 @@ TEST(Impulse, APileSleepsAndWakesWhenItsSupportLeaves) {
   EXPECT_NEAR(simulator->states().position[2].y(), 0.1, 2e-3);
 }
 
-// Rest is what the surface does: a thin rod turns about its axis fast enough for a ball of its
-// length to be wide awake, and moves nothing.
+// Rest depends on the surface's motion: a thin rod turns about its axis so fast that a ball of its
+// length would be awake, but hardly anything moves.
 TEST(Impulse, AThinRodThatTurnsAboutItsAxisSleeps) {
   for (const bool about_its_axis : {true, false}) {
     SmallModel m;
@@ -434,7 +434,7 @@ TEST(Impulse, AThinRodThatTurnsAboutItsAxisSleeps) {
   }
 }
 
-// Faces that are flat but for a millimetre: the plane is near more points than a manifold holds.
+// Faces that are flat to a millimetre: the plane is near more points than a manifold holds.
 TEST(Impulse, UnevenSlabsComeToRest) {
   SmallModel m;
   const uint32_t material = m.material(0.2, 0.5);
@@ -454,7 +454,7 @@ TEST(Impulse, UnevenSlabsComeToRest) {
   EXPECT_EQ(run(*simulator, 600).bodies_awake, 0);
 }
 
-// Lengths times s, times times sqrt(s): the same motion.
+// Scaling lengths by s and times by sqrt(s) gives the same motion.
 TEST(Impulse, BeadsAndBouldersMoveAlike) {
   const auto final_height = [](double scale) {
     SmallModel m;

@@ -38,12 +38,12 @@ double turn_about(const Vec3& axis, const Quat& orientation) {
   return 2 * std::atan2(orientation.vec().dot(axis), orientation.w());
 }
 
-// Where the point of a joint is now, as a body has it.
+// The present position of a joint's point on a body.
 Vec3 point_of(const BodyStates& states, uint32_t body, const Vec3& in_body) {
   return states.position[body] + states.orientation[body] * in_body;
 }
 
-// By its small swings a rod about its end takes 2 pi sqrt(2 l / 3 g), at any size.
+// Small swings of a rod about its end take 2 pi sqrt(2 l / 3 g), at any size.
 TEST(Joints, ARodSwingsByItsPeriod) {
   for (const JointKind kind : {JointKind::ball, JointKind::hinge}) {
     for (const double length : {0.01, 1.0}) {
@@ -88,7 +88,7 @@ TEST(Joints, AMotorSpeedsUpByItsTorqueAndThenKeepsItsSpeed) {
   }
 }
 
-// Between free wheels it turns each against the other.
+// Between free wheels it turns them in opposite directions.
 TEST(Joints, AMotorGivesFreeWheelsOppositeMomenta) {
   constexpr double kTurnsPerS = 0.5, kRadiusA = 0.5, kRadiusB = 0.3;
   Jointed m;
@@ -109,7 +109,7 @@ TEST(Joints, AMotorGivesFreeWheelsOppositeMomenta) {
               1e-3 * 2 * kPi * kTurnsPerS);
 }
 
-// However slow it is, and though the wheel began asleep: its centre stands still.
+// However slow, and although the wheel started asleep: its centre is at rest.
 TEST(Joints, ASlowMotorNeverSleeps) {
   constexpr double kTurnsPerS = 0.01;
   for (const bool asleep : {false, true}) {
@@ -127,7 +127,7 @@ TEST(Joints, ASlowMotorNeverSleeps) {
   }
 }
 
-// A board that falls about a level axis stops at its limit and rests there.
+// A board falling about a level axis stops at its limit and rests there.
 TEST(Joints, AHingeStopsAtItsLimits) {
   for (const double side : {1.0, -1.0}) {
     Jointed m;
@@ -147,7 +147,7 @@ TEST(Joints, AHingeStopsAtItsLimits) {
   }
 }
 
-// Half a turn is as far one way as the other: a door that leans on its stop there stays on its
+// Half a turn is equally far in both directions: a door that leans on its stop there stays on its
 // side.
 TEST(Joints, ADoorRestsOnItsStopAtHalfATurn) {
   for (const double side : {1.0, -1.0}) {
@@ -178,7 +178,7 @@ TEST(Joints, ADoorRestsOnItsStopAtHalfATurn) {
   }
 }
 
-// Two boxes that are fixed to each other fly and spin as one.
+// Two boxes fixed to each other fly and spin as one.
 TEST(Joints, FixedBodiesMoveAsOne) {
   Jointed m;
   m.scene.gravity.setZero();
@@ -200,7 +200,7 @@ TEST(Joints, FixedBodiesMoveAsOne) {
   EXPECT_LT((middle - Vec3(1, 0, 0)).norm(), 1e-3);
 }
 
-// A weight hangs on a joint that carries a little more, or a little less.
+// A weight hangs on a joint that carries slightly more, or slightly less.
 TEST(Joints, BreakAtTheirForce) {
   for (const JointKind kind : {JointKind::ball, JointKind::hinge, JointKind::fixed}) {
     for (const double strength : {0.9, 1.1}) {
@@ -219,7 +219,7 @@ TEST(Joints, BreakAtTheirForce) {
   }
 }
 
-// A body that is let go leaves and comes again; a joint of it that broke before does not.
+// A released body leaves and returns; a joint that broke before does not.
 TEST(Joints, WhatBrokeStaysBrokenWhenABodyIsReleased) {
   Jointed m;
   const uint32_t box = m.box({0.2, 0.2, 0.2});
@@ -251,7 +251,7 @@ TEST(Joints, EndWithABodyThatIsRemoved) {
   EXPECT_NEAR(simulator->states().linear_velocity[weight].y(), -kGravity, 0.3);
 }
 
-// Links of a chain between two points hang along a catenary, and stay together.
+// A chain between two points forms a catenary, and stays together.
 TEST(Joints, AChainHangsAsACatenary) {
   Jointed m;
   constexpr int kLinks = 24;
@@ -263,7 +263,7 @@ TEST(Joints, AChainHangsAsACatenary) {
     Joint joint{.point = Vec3(i * kLink, 0, 0)};
     m.join(joint, static_cast<uint32_t>(i), i == 0 ? kWorld : static_cast<uint32_t>(i - 1));
   }
-  // Its end is drawn in to three quarters of its length.
+  // Its end is pulled in to three quarters of its length.
   constexpr double kSpan = 0.75 * kLength;
   const uint32_t hook = [&] {
     m.body(m.box(Vec3::Constant(0.02)), m.wood, {kLength, 0, 0}, Role::kinematic);
@@ -273,7 +273,7 @@ TEST(Joints, AChainHangsAsACatenary) {
                                  {3, {{kSpan, 0, 0}, Quat::Identity()}}};
   m.join({.point = Vec3(kLength, 0, 0)}, kLinks - 1, hook);
   const auto simulator = make_simulator(m.scene, m.model);
-  // It swings a little for long: the mean of some seconds counts.
+  // It swings slightly for long: use the mean over some seconds.
   constexpr int kFrames = 12 * 60, kCounted = 4 * 60;
   double sag_m = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
@@ -298,7 +298,7 @@ TEST(Joints, AChainHangsAsACatenary) {
   EXPECT_NEAR(sag_m, c * (std::cosh(kSpan / (2 * c)) - 1), 0.02 * kLength);
 }
 
-// A figure of boxes on ball joints falls onto the ground, sleeps, and holds together.
+// A figure of boxes on ball joints falls onto the ground, sleeps, and stays together.
 TEST(Joints, AFigureComesToRestAndSleeps) {
   Jointed m;
   m.body(m.plane(), m.wood, Vec3::Zero(), Role::fixed);

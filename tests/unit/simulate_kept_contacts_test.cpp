@@ -1,4 +1,4 @@
-// Contacts that sleepers keep when they change engines.
+// Contacts of sleepers that change engines.
 #include <gtest/gtest.h>
 
 #include "simulate/mixed/kept_contacts.h"
@@ -23,7 +23,7 @@ TEST(KeptContacts, StandInPlaceOfThoseOfTheSamePairOnly) {
   KeptContacts kept;
   kept.keep({contact(1, 0, 1), contact(1, 0, 2), contact(2, 1, 3)}, {},
             [](uint32_t, uint32_t b) { return b == 0; });
-  // A pair is the same either way round.
+  // A pair is the same in either order.
   EXPECT_EQ(distances(kept, {contact(0, 1, 9), contact(2, 1, 8), contact(1, 0, 7)}),
             (std::vector<double>{8, 1, 2}));
 }

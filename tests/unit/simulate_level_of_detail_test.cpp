@@ -1,4 +1,4 @@
-// Levels by what the camera sees.
+// Levels from the camera's view.
 
 #include "simulate/mixed/level_of_detail.h"
 

@@ -1,4 +1,4 @@
-// How close bodies lie to what carries them: surface on surface, however large the one below is.
+// Distances of bodies from their supports: surface on surface, however large the lower one is.
 
 #include <gtest/gtest.h>
 
@@ -19,8 +19,8 @@
 namespace pilesim {
 namespace {
 
-// The largest gap at rest, and the penetration that a contact may have, as a share of the smaller
-// body's smallest extent; a ten-thousandth of it more for rounding.
+// The largest gap at rest, and the penetration allowed for a contact, as a share of the smaller
+// body's smallest extent; a ten-thousandth more for rounding.
 constexpr double kGap = 1.0001e-3;
 
 enum class Ground { room, terrain, hulls, box };
@@ -65,7 +65,7 @@ uint32_t mesh_shape(SmallModel& m, TriangleMesh mesh) {
   return index;
 }
 
-// What carries bodies about `origin`, its surface there as high as that.
+// A support for bodies about `origin`, with its surface at that height.
 void add_ground(SmallModel& m, Ground ground, double size, uint32_t material, const Vec3& origin) {
   switch (ground) {
     case Ground::room:
@@ -74,7 +74,7 @@ void add_ground(SmallModel& m, Ground ground, double size, uint32_t material, co
     case Ground::terrain:
       m.body(mesh_shape(m, terrain_mesh(size)), material, origin, Role::fixed);
       return;
-    case Ground::hulls: {  // two, that meet beside the origin
+    case Ground::hulls: {  // two that adjoin beside the origin
       const uint32_t shape = m.box(Vec3::Constant(size));
       m.model.shapes[shape].pieces.clear();
       for (const double side : {-1.0, 1.0}) {
@@ -142,7 +142,7 @@ double lowest_m(const ModelShape& shape, const Pose& pose) {
   return lowest;
 }
 
-// Bodies of one size on a ground: their true gaps, judged without any collision detection.
+// Bodies of one size on a ground: their true gaps, independent of any collision detection.
 void expect_surface_on_surface(Ground ground, double ground_m, double size, const Vec3& origin) {
   SCOPED_TRACE(std::string(name_of(ground)) + " of " + std::to_string(ground_m) + " m, bodies of " +
                std::to_string(size) + " m");
@@ -151,7 +151,7 @@ void expect_surface_on_surface(Ground ground, double ground_m, double size, cons
   add_ground(m, ground, ground_m, material, origin);
   const std::vector<uint32_t> shapes = {m.box(Vec3::Constant(size)), m.sphere(size / 2),
                                         pyramid(m, size), chair(m, size)};
-  // Across edges of the ground's triangles, which go through the origin.
+  // Across edges of the ground's triangles through the origin.
   for (size_t i = 0; i < shapes.size(); ++i) {
     const ModelShape& shape = m.model.shapes[shapes[i]];
     const double reach = -lowest_m(shape, {});
@@ -175,7 +175,7 @@ void expect_surface_on_surface(Ground ground, double ground_m, double size, cons
   EXPECT_LT(quality.deepest_penetration_m, kGap * size);
 }
 
-// What add_grid() has made, with walls down to a floor at `floor_m`.
+// Extends the surface of add_grid() by walls down to a floor at `floor_m`.
 void close_below(uint32_t cells, double floor_m, TriangleMesh& mesh) {
   const auto below = static_cast<uint32_t>(mesh.vertices.size());
   const auto above = mesh.triangles;
@@ -198,8 +198,8 @@ void close_below(uint32_t cells, double floor_m, TriangleMesh& mesh) {
   }
 }
 
-// Hills of small triangles under bodies that are longer than they: on a top, the middle of a body
-// is behind the planes of most faces that it may touch.
+// Hills of small triangles under longer bodies: on a hilltop, the middle of a body is behind the
+// planes of most faces that it may touch.
 void expect_planks_on_hills(bool is_closed) {
   constexpr uint32_t kCells = 64;
   const auto height_m = [](const Vec3& at) {
@@ -242,8 +242,8 @@ void expect_planks_on_hills(bool is_closed) {
   EXPECT_GE(above, 30);  // and have not slid off
 }
 
-// Bars, planks and sheets that are as thin as a hundredth of their length fall on hills flat, on
-// end and turning.
+// Bars, planks and sheets with thicknesses down to a hundredth of their length fall on hills flat,
+// on end and turning.
 void expect_thin_bodies_stay_out(bool solid_behind, const std::vector<Vec3>& sizes) {
   TriangleMesh hills;
   add_mesh_grid({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, 64, hills);
@@ -286,13 +286,13 @@ void expect_thin_bodies_stay_out(bool solid_behind, const std::vector<Vec3>& siz
   }
 }
 
-// It has no other side from which a hill could hold what it pokes into.
+// It has no other side from which a hill could hold penetrating bodies.
 TEST(Margins, ThinBodiesStayOutOfAHeightField) {
   expect_thin_bodies_stay_out(
       true, {{3, 0.1, 0.1}, {1, 0.03, 0.03}, {3, 0.03, 0.03}, {3, 0.05, 0.4}, {2, 0.02, 1.5}});
 }
 
-// It has two sides, and what comes from one is not held by the other.
+// It has two sides, and does not hold bodies that come from one of them.
 TEST(Margins, ThinBodiesStayOutOfAnOpenMesh) {
   expect_thin_bodies_stay_out(false, {{1, 0.03, 0.03}, {3, 0.05, 0.4}, {2, 0.02, 1.5}});
 }
@@ -317,7 +317,7 @@ TEST(Margins, BodiesLieInARoomFarFromTheOrigin) {
   }
 }
 
-// A small body on a large one, and the other way round.
+// A small body on a large one, and the reverse.
 TEST(Margins, TheSmallerOfTwoBodiesTellsTheGap) {
   for (const bool hulls : {true, false}) {
     for (const bool small_below : {true, false}) {

@@ -1,4 +1,4 @@
-// 4.2 and 4.3 of the dissertation as they are written: what sets them apart from the mixed mode.
+// 4.2 and 4.3 of the dissertation to the letter: their differences from the mixed mode.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@ class MixedAsWritten : public test::MixedScene {
   void by(Method method) { scene_.simulator.method = method; }
 };
 
-// "Once the AABB of a S or I' object touches the AABB of any I object": one box a body, whatever it
-// is made of.
+// "Once the AABB of a S or I' object touches the AABB of any I object": one box per body, whatever
+// its pieces.
 TEST_F(MixedAsWritten, ABodyHasOneBox) {
   for (const Method method : {Method::own, Method::dissertation}) {
     scene_.bodies.clear();
@@ -35,7 +35,8 @@ TEST_F(MixedAsWritten, ABodyHasOneBox) {
   }
 }
 
-// It is no longer I' as soon as boxes part, where ours stays so for a tenth of its radius.
+// It is no longer I' as soon as boxes separate; the project's method keeps it for a tenth of its
+// radius.
 TEST_F(MixedAsWritten, ABodyLeavesWhenBoxesPart) {
   int near[2] = {0, 0};
   for (const Method method : {Method::own, Method::dissertation}) {
@@ -55,7 +56,7 @@ TEST_F(MixedAsWritten, ABodyLeavesWhenBoxesPart) {
   EXPECT_GT(near[0], near[1] + 10);
 }
 
-// Contacts of spheres are drawn and none is solved: what overlaps without closing in is left so.
+// Contacts of spheres are sampled and none is solved: overlaps without approach stay.
 TEST_F(MixedAsWritten, OverlapsOfSpheresAreLeft) {
   for (const Method method : {Method::own, Method::dissertation}) {
     scene_.bodies.clear();
@@ -75,8 +76,8 @@ TEST_F(MixedAsWritten, OverlapsOfSpheresAreLeft) {
   }
 }
 
-// Each of two as if the other were fixed: what meets at v leaves at v + 2 e v, as particles do,
-// too.
+// Each of two as if the other were fixed: bodies that collide at v leave at v + 2 e v, as particles
+// do.
 TEST_F(MixedAsWritten, TwoThatMeetLeaveFasterThanTheyCame) {
   const double e = scene_.materials["stuff"].restitution, v = 1;
   for (const Method method : {Method::own, Method::dissertation}) {
@@ -95,13 +96,13 @@ TEST_F(MixedAsWritten, TwoThatMeetLeaveFasterThanTheyCame) {
   }
 }
 
-// By what is drawn for an I' body the exact engine moves it: as if what hits it were fixed.
+// The exact engine moves an I' body by its sampled response: as if its partner were fixed.
 TEST_F(MixedAsWritten, AnExactNeighbourGetsWhatIsDrawn) {
   const double e = scene_.materials["stuff"].restitution, v = 1;
   by(Method::dissertation);
   scene_.gravity.setZero();
   scene_.simulator.sleeping = false;
-  // Stands on an edge, so that its box reaches the other's and it does not.
+  // Stands on an edge, so that its box reaches the other body but it does not.
   add("cube", {0, 0, 0}, kExact, Role::fixed).pose.orientation =
       Quat(Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ()));
   add("cube", {kSide, kSide, 0}, kSphere);
@@ -116,15 +117,15 @@ TEST_F(MixedAsWritten, AnExactNeighbourGetsWhatIsDrawn) {
   EXPECT_NEAR(states().linear_velocity[2].z(), e * v, 1e-5);
 }
 
-// Pairs that the table gives to the exact engine are not drawn, too: cubes whose spheres overlap go
-// on until they touch.
+// Pairs that the table assigns to the exact engine are not sampled: cubes with overlapping spheres
+// continue until they touch.
 TEST_F(MixedAsWritten, WhatIsSolvedIsNotDrawn) {
   by(Method::dissertation);
   scene_.gravity.setZero();
   for (const PairMethod near : {PairMethod::impulse, PairMethod::particle}) {
     use_level(near);
     scene_.bodies.clear();
-    // On its edge, with both in its box and far from it.
+    // On its edge, with both inside its box and far from it.
     add("slab", {0, 0, 0}, kExact, Role::fixed).pose.orientation =
         Quat(Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ()));
     add("cube", {1, -1, 0}, kSphere);
@@ -136,7 +137,7 @@ TEST_F(MixedAsWritten, WhatIsSolvedIsNotDrawn) {
   }
 }
 
-// The exact engine says who of I' bodies sleeps, and what is drawn for one wakes it there.
+// The exact engine decides which I' bodies sleep, and a sampled response wakes them there.
 TEST_F(MixedAsWritten, ASleeperWakesByWhatIsDrawn) {
   by(Method::dissertation);
   add("slab", {0, 0.2, 0}, kExact, Role::fixed);

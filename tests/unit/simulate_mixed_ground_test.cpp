@@ -44,7 +44,7 @@ TEST_F(MixedGround, WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests) {
 
 TEST_F(MixedGround, WhatExactContactsCarryKeepsItsPose) {
   // A cube on its edge in a groove at 45 degrees. The ground, which a rule leaves to spheres, would
-  // turn it to lie on a face.
+  // turn it onto a face.
   constexpr double kHalf = 0.1;
   add_shape("cube", box_mesh({2 * kHalf, 2 * kHalf, 2 * kHalf}));
   scene_.shapes["side"] = BoxShape{{2 * kHalf, 2 * kHalf, 1}};
@@ -60,8 +60,8 @@ TEST_F(MixedGround, WhatExactContactsCarryKeepsItsPose) {
 }
 
 TEST_F(MixedGround, WhatLiesOnAnEdgeTipsOverIt) {
-  // A plate, too thick to be solved there, stands in a slot, another one lies on its edge: what
-  // resists rolling among level plates does not hold it.
+  // A plate, too thick to be solved there, stands in a slot, and another one lies on its edge: the
+  // rolling resistance of level plates does not hold it.
   add_shape("plate", box_mesh({0.6, 0.18, 0.6}));
   change_packing("plate", [](Packing& packing) { packing.rolling = 0.5; });
   scene_.shapes["side"] = BoxShape{{0.2, 0.3, 1}};
@@ -124,7 +124,7 @@ TEST_F(MixedRings, LieOnEachOtherAroundAPost) {
 
 TEST_F(MixedRings, AreEllipsoidsBesideAPost) {
   scene_.gravity.setZero();
-  // Touching the post, the ellipsoids in each other.
+  // Touching the post, with overlapping ellipsoids.
   for (int i = 0; i < 2; ++i) add_body("ring", {0.324, 0.5 + 0.03 * i, 0});
   start();
   run(1);
@@ -134,7 +134,7 @@ TEST_F(MixedRings, AreEllipsoidsBesideAPost) {
 }
 
 TEST_F(MixedRings, WhatLiesOnTheEdgeOfOneThatHangsTipsOver) {
-  // Ellipsoids that resist rolling so much would stay.
+  // Ellipsoids with such rolling resistance would stay.
   change_packing("ring", [](Packing& packing) { packing.rolling = 8; });
   scene_.shapes["hook"] = BoxShape{{0.3, 0.05, 0.1}};
   add_exact("hook", {2, 1, 0}, Quat::Identity());

@@ -1,5 +1,5 @@
-// The mixed mode: who is solved and who is a sphere, and that changing from one to the other moves
-// nothing.
+// The mixed mode: which bodies are solved and which are spheres, and that a change between them
+// moves nothing.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using Mixed = test::MixedScene;
 TEST_F(Mixed, BodiesAreNearWhileTheirBoxesTouchAMustImpulseBody) {
   scene_.gravity.setZero();
   add("cube", {0, 0, 0}, kExact);
-  // One passes at less than a step's way, the other well apart.
+  // One passes closer than a step's way, the other at a clear distance.
   add("cube", {-1, kSide + 0.005, 0}, kSphere).linear_velocity = {2, 0, 0};
   add("cube", {-1, -kSide - 0.1, 0}, kSphere).linear_velocity = {2, 0, 0};
   start();
@@ -28,7 +28,7 @@ TEST_F(Mixed, BodiesAreNearWhileTheirBoxesTouchAMustImpulseBody) {
     const double along = std::abs(states().position[1].x());
     if (along < kSide) {
       EXPECT_TRUE(is_near(1)) << along;
-    } else if (along > kSide + 0.08) {  // the way of two steps, and a margin to leave
+    } else if (along > kSide + 0.08) {  // the way of two steps, and a margin for leaving
       EXPECT_FALSE(is_near(1)) << along;
     }
   }
@@ -37,7 +37,7 @@ TEST_F(Mixed, BodiesAreNearWhileTheirBoxesTouchAMustImpulseBody) {
 
 TEST_F(Mixed, ABodyThatPassesTouchingBoxesGoesOnAsBefore) {
   scene_.gravity.setZero();
-  // Turned by 45 degrees about z: their boxes have room at the corners.
+  // Rotated by 45 degrees about z: their boxes have room at the corners.
   Body& turned = add("cube", {0, 0, 0}, kExact);
   const Quat quarter(Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ()));
   turned.pose.orientation = quarter;
@@ -60,8 +60,8 @@ TEST_F(Mixed, ABodyThatPassesTouchingBoxesGoesOnAsBefore) {
 }
 
 TEST_F(Mixed, ChangesOfLevelMoveNothing) {
-  // Bodies fly freely and tumble; the camera's distance takes them through three levels, of which
-  // the first is exact wherever they are.
+  // Bodies fly freely and tumble; the camera's distance takes them through three levels, the first
+  // of which is always exact.
   scene_.gravity.setZero();
   scene_.simulator.detail.levels = {{.near_near = PairMethod::impulse,
                                      .near_far = PairMethod::particle,
@@ -74,7 +74,7 @@ TEST_F(Mixed, ChangesOfLevelMoveNothing) {
   scene_.camera.keys = {{.time_s = 0, .position = {0, 0, 3}, .target = {0, 0, 0}},
                         {.time_s = 0.5, .position = {0, 0, 9}, .target = {0, 0, 0}},
                         {.time_s = 1, .position = {0, 0, 3}, .target = {0, 0, 0}}};
-  Body& body = add("cube", {0, 0, 0}, kSphere);  // a cube spins evenly about any axis
+  Body& body = add("cube", {0, 0, 0}, kSphere);  // a cube spins uniformly about any axis
   body.linear_velocity = {0.1, 0.2, 0};
   body.angular_velocity = {3, -2, 1};
   start();
@@ -125,7 +125,7 @@ TEST_F(Mixed, ExactPairsKeepMomentum) {
     was_near |= is_near(1);
     EXPECT_LE(statistics.kinetic_energy_j, energy * (1 + 1e-5));
     EXPECT_LT((momentum() - before).norm(), 1e-5 * before.norm());
-    // Later one is a sphere, which turns about an axis that stays: no brick's momentum.
+    // Later it is a sphere, which turns about a constant axis, unlike a brick.
     if (was_near && !is_near(1)) continue;
     EXPECT_LT((turning() - turning_before).norm(), 0.01 * before.norm() * kSide) << i;
     ++frames;
@@ -148,7 +148,7 @@ TEST_F(Mixed, NoSphereReachesAMustImpulseBody) {
     run(1);
     for (uint32_t body = 2; body < states().size(); ++body) {
       if (!is_far(body)) continue;
-      // The box of a turned cube is no smaller than the cube.
+      // The box of a rotated cube is at least as large as the cube.
       EXPECT_GT(states().position[body].y(), half) << body << " in frame " << i;
     }
   }
@@ -180,7 +180,7 @@ TEST_F(Mixed, WhatIsNearCarriesSpheresAndAllComeToRest) {
 }
 
 TEST_F(Mixed, OverlapsAtEntryAreResolvedWithoutABurst) {
-  // Cubes that lie in each other become exact: the camera comes near.
+  // Overlapping cubes become exact when the camera approaches.
   scene_.gravity.setZero();
   scene_.simulator.detail.levels = {{.near_near = PairMethod::impulse,
                                      .near_far = PairMethod::particle,
@@ -235,7 +235,7 @@ TEST_F(Mixed, EventsReachBodiesWhateverTheyAre) {
 }
 
 TEST_F(Mixed, ChainsOfExactAndSphereContactsKeepMomentum) {
-  // A must-impulse body pushes one that is near, and that one a row of spheres.
+  // A must-impulse body pushes a near one, which pushes a row of spheres.
   scene_.gravity.setZero();
   scene_.materials["stuff"].restitution = 0;
   add("cube", {-0.6, 0, 0}, kExact).linear_velocity = {2, 0, 0};
@@ -255,12 +255,12 @@ TEST_F(Mixed, ChainsOfExactAndSphereContactsKeepMomentum) {
   }
   EXPECT_TRUE(is_near(1));
   EXPECT_TRUE(is_far(3));
-  // Nothing bounces: all go on together.
+  // Nothing bounces: all move on together.
   for (const Vec3& velocity : states().linear_velocity) EXPECT_NEAR(velocity.x(), 0.5, 0.02);
 }
 
 TEST_F(Mixed, WhatLiesByContactsOfBothKindsComesToRest) {
-  // A heap of spheres among each other, in a pit that is exact.
+  // A heap of spheres in an exact pit.
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   for (const double side : {-1.0, 1.0}) {
     Body& across = add("slab", {2.28 * side, 1, 0}, kExact, Role::fixed);
@@ -275,12 +275,12 @@ TEST_F(Mixed, WhatLiesByContactsOfBothKindsComesToRest) {
 }
 
 TEST_F(Mixed, WhatIsNearStandsOnTheGroundAsItIs) {
-  // Two sticks that cross, upright as an X, on a ground that is for spheres.
+  // Two crossed sticks, upright as an X, on a ground for spheres.
   scene_.shapes["stick"] = BoxShape{{1, 0.1, 0.1}};
   const Quat quarter(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()));
   scene_.shapes["cross"] = CompoundShape{{{"stick", {}}, {"stick", {Vec3::Zero(), quarter}}}};
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
-  add("cube", {0.66, 0.5, 0}, kExact, Role::fixed);  // between two arms, in the cross's box
+  add("cube", {0.66, 0.5, 0}, kExact, Role::fixed);  // between two arms, inside the cross's box
   Body& cross = add("cross", {0.2, 0.5, 0}, kSphere);
   cross.pose.orientation = Quat(Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ()));
   scene_.materials["stuff"].restitution = 0;
@@ -293,7 +293,7 @@ TEST_F(Mixed, WhatIsNearStandsOnTheGroundAsItIs) {
 TEST_F(Mixed, SpheresThatLieOnANearBodyDoNotPushItIntoWhatCarriesIt) {
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   add("cube", {0, kSide / 2, 0}, kSphere);
-  // Appears when that one rests, 0.1 m deep in it.
+  // Appears when the lower one is at rest, 0.1 m deep in it.
   Emitter& upper = add_grid("cube", {1, 1, 1}, {1, 1, 1}, {0, kSide / 2 + 0.15, 0});
   upper.start_s = 0.1;
   model_ = build_model(scene_);
@@ -348,7 +348,7 @@ TEST_F(Mixed, ASphereWakesASleeperThatIsNear) {
 }
 
 TEST_F(Mixed, SleepersFeelABlowOnWhatLeansOnThem) {
-  // It comes within a step, when spheres have looked already at what hits what.
+  // It arrives within a step, after spheres have found their contacts.
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
   add("cube", {-0.5, kSide / 2, 0}, kExact).linear_velocity = {6, 0, 0};
   add("cube", {0, kSide / 2, 0}, kSphere);

@@ -1,4 +1,4 @@
-// Motion keys: whole turns, smooth motion, and velocities that belong to the poses.
+// Motion keys: whole turns, smooth motion, and velocities that match the poses.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Motors: poses by closed forms, and what lies on a surface that shakes.
+// Motors: poses by closed forms, and bodies on a shaking surface.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -73,7 +73,7 @@ TEST(Motors, ShakesAndSwaysAreSines) {
   }
 }
 
-// The first moves those after it, and all are moved by the keys.
+// The first one moves those after it, and the keys move all of them.
 TEST(Motors, ComposeInTheirOrderAndWithKeys) {
   Motion motion = {{.time_s = 0}, {.time_s = 2, .pose = {{0, 2, 0}, Quat::Identity()}}};
   motion.motors = {{.action = SpinMotor{.angular_velocity = {0, kPi / 2, 0}}},
@@ -127,7 +127,7 @@ TEST(Motors, BelowOneGTheBlockStaysOnThePlate) {
   }
 }
 
-// Steps of the scene's own are followed, too.
+// Also with the scene's own step.
 TEST(Motors, SmoothLiftsBelowOneGCarryAtAnyStep) {
   constexpr double kHeight = 0.5, kShare = 0.9;
   // 6 d / T^2 at the ends.
@@ -155,8 +155,8 @@ TEST(Motors, SmoothLiftsBelowOneGCarryAtAnyStep) {
   }
 }
 
-// From its lowest point on the plate speeds up; the block leaves it where it slows down by more
-// than gravity: sin(phase) = g / (A w^2).
+// From its lowest point on, the plate accelerates; the block leaves when the plate decelerates
+// faster than gravity: sin(phase) = g / (A w^2).
 TEST(Motors, AboveOneGTheBlockLeavesAtItsPhase) {
   for (const double frequency_hz : {2.0, 10.0}) {
     SCOPED_TRACE(frequency_hz);
@@ -175,14 +175,14 @@ TEST(Motors, AboveOneGTheBlockLeavesAtItsPhase) {
       const double t = time_s - leaves_s;
       const double wanted = t < 0 ? amplitude * std::sin(rate * time_s - kPi / 2)
                                   : from_m + speed * t - kGravity * t * t / 2;
-      // The block leaves with the speed of a substep, of 1/960 s at most.
+      // The block leaves with the speed of a substep of at most 1/960 s.
       const double most = 2e-5 + kGravity / 960 * std::max(t, 0.0);
       EXPECT_NEAR(simulator->states().position[1].y() - 0.05, wanted, most) << time_s;
     }
   }
 }
 
-// A drum of speed w carries what sticks to its floor as a turntable does.
+// A drum of speed w carries bodies that stick to its floor like a turntable.
 TEST(Motors, ASpinCarriesABlockAround) {
   constexpr double kRate = 2, kRadius = 0.4;
   Lift m(with({.action = SpinMotor{.angular_velocity = {0, kRate, 0}}}));

@@ -1,5 +1,5 @@
-// Rolling and spinning friction: closed forms. The length of a torque is the coefficient times the
-// radius of a ball of the body's volume: of a ball its own.
+// Rolling and spinning friction: closed forms. The lever of a torque is the coefficient times the
+// radius of a ball of the body's volume: for a ball its own.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ double radius_of_volume(const ModelShape& shape) {
   return std::cbrt(3 * shape.mass.volume_m3 / (4 * kPi));
 }
 
-// A plane that leans by `slope` towards x, as gravity does; all of one material.
+// A plane tilted by `slope` towards x, by gravity; one material for all.
 SmallModel ground(const Material& material, double slope = 0, double heading = 0) {
   SmallModel m;
   m.scene.frame_rate = 60;
@@ -43,9 +43,10 @@ Material rolls(double rolling, double spinning = 0, double friction = 0.8) {
           .spinning_friction = spinning};
 }
 
-// Rolls without slipping at v from x = 0: the contact holds back with the torque t m g and the
-// force that keeps it rolling, so m a = -f and I a / R = f R - t m g: a = -(t / R) g / (1 + I / m
-// R^2). Speeds half way to rest and the way to rest, to 1 %; and then it lies still and sleeps.
+// Rolls without slipping at v from x = 0. The contact resists with the torque t m g and the force f
+// that keeps it rolling, so m a = -f and I a / R = f R - t m g: a = -(t / R) g / (1 + I / m R^2).
+// Checks the speed half way to rest and the distance to rest, to 1 %; then it must lie still and
+// sleep.
 void expect_braked(SmallModel& m, ModelBody& body, double radius, double torque_m,
                    double inertia_share) {
   const double braking = torque_m / radius * kGravity / (1 + inertia_share);
@@ -60,7 +61,7 @@ void expect_braked(SmallModel& m, ModelBody& body, double radius, double torque_
   EXPECT_NEAR(states.linear_velocity[1].x(), speed - braking * half / 60, 0.01 * speed);
   run(*simulator, static_cast<int>(60 * stop_s) - half + 30);
   const double way = speed * stop_s / 2;
-  // Bullet moves bodies by the velocities at the end of a step: they are half a step behind.
+  // Bullet moves bodies by the velocities at the end of a step: they lag by half a step.
   EXPECT_NEAR(states.position[1].x(), way, 0.01 * way + speed * m.scene.actual_step_s() / 2);
   EXPECT_NEAR(states.position[1].z(), 0, 1e-4 * radius);
   EXPECT_LT(states.linear_velocity[1].norm(), 1e-5 * speed);
@@ -81,7 +82,7 @@ TEST(Rolling, ABallIsBrakedToRest) {
   }
 }
 
-// On a line of two contacts, with no more than one of them would hold.
+// On a line of two contacts, with no more resistance than one of them would have.
 TEST(Rolling, ACylinderIsBrakedToRest) {
   for (const double radius : {0.01, 1.0}) {
     for (const double step_s : {1.0 / 240, 1.0 / 480}) {
@@ -125,7 +126,7 @@ TEST(Rolling, ABallThatSpinsOnItsPlaceIsBraked) {
   }
 }
 
-// What stands on four corners is held by the torque of one contact with all of its weight.
+// Four corners resist with the torque of one contact that carries the whole weight.
 TEST(Rolling, FourCornersHoldAsOneContact) {
   SmallModel m = ground(rolls(0, 0.2, 0));
   const Vec3 size(0.3, 0.1, 0.2);
@@ -136,8 +137,7 @@ TEST(Rolling, FourCornersHoldAsOneContact) {
   expect_spun_down(m, body, inertia, torque_m, 0.1);
 }
 
-// Slopes below the coefficient hold a ball, steeper ones set it rolling by what is beyond, whatever
-// way they fall.
+// Slopes below the coefficient hold a ball; steeper ones roll it by the excess, in any direction.
 TEST(Rolling, ABallRollsWhereTheSlopeIsSteeperThanTheCoefficient) {
   for (const double radius : {0.01, 1.0}) {
     for (const double heading : {0.0, 0.3, kPi / 4}) {
@@ -167,7 +167,7 @@ TEST(Rolling, ABallRollsWhereTheSlopeIsSteeperThanTheCoefficient) {
   }
 }
 
-// A pair has the root of the product: what is 0 for one of them is 0.
+// A pair has the root of the product: 0 for one of them gives 0.
 std::string hash_of_a_heap(const Material& of_bodies, const Material& of_ground,
                            const std::vector<Material>& others = {}) {
   SmallModel m = ground(of_ground);
@@ -195,7 +195,7 @@ TEST(Rolling, WithoutCoefficientsNothingChanges) {
   EXPECT_NE(hash_of_a_heap(rough, rough), hash_of_a_heap(rough, plain));
 }
 
-// The radius is that of the smaller one: on a heavy slab that lies loose as on the ground.
+// The smaller body's radius counts: on a heavy loose slab as on the ground.
 TEST(Rolling, TheSmallerBodyTellsTheRadius) {
   SmallModel m = ground(rolls(0.1));
   const uint32_t slab = m.box({2, 0.1, 2}), ball = m.sphere(0.05);
@@ -229,7 +229,8 @@ TEST(Rolling, WhatIsSavedGoesOnAlike) {
   }
 }
 
-// Spheres that stand for bodies have a resistance of their own: theirs would say nothing.
+// Spheres that represent bodies have a rolling resistance of their own: the material's would be
+// meaningless.
 TEST(Rolling, SpheresOfOtherModesRefuseIt) {
   SmallModel m = ground(rolls(0, 0));
   m.body(m.box({0.1, 0.1, 0.1}), 0, {0, 0.05, 0});
@@ -239,13 +240,13 @@ TEST(Rolling, SpheresOfOtherModesRefuseIt) {
   EXPECT_THROW(make_simulator(m.scene, m.model), Error);
 }
 
-// Needles, whose moments differ by a factor of 100,000, hit the ground in all attitudes: what holds
-// back their turning takes energy and gives none. Short steps test the law of the torque; the
-// automatic ones add what docs/lab/steps.md knows of them.
+// Needles, whose moments differ by a factor of 100,000, hit the ground in all orientations: rolling
+// friction takes energy and adds none. Short steps test the law of the torque; automatic ones add
+// the effects described in docs/lab/steps.md.
 TEST(Rolling, OfNeedlesGivesNoEnergy) {
   struct Case {
     std::optional<double> step_s;
-    double most;  // energy after, of that before
+    double most;  // energy after, relative to that before
   };
   for (const Case& c : {Case{1e-5, 1.001}, Case{std::nullopt, 1.05}}) {
     for (int i = 0; i < 12; ++i) {

@@ -1,5 +1,4 @@
-// Static things that lie flush against each other are one surface, and stay solid where they do
-// not.
+// Static bodies flush against each other form one surface, and stay solid elsewhere.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +18,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kSize = 0.2;  // m, of what moves
+constexpr double kSize = 0.2;  // m, of moving bodies
 constexpr double kLevel = 1e-4 * kSize;
 constexpr double kSpeeds[] = {0.3, 1, 5, 20};
 
@@ -27,7 +26,7 @@ Quat about(const Vec3& axis, double degrees) {
   return Quat(Eigen::AngleAxisd(radians(degrees), axis.normalized()));
 }
 
-// A model with no friction.
+// A frictionless model.
 struct Smooth : SmallModel {
   Smooth() : smooth(material(0, 0)) { scene.frame_rate = 240; }
 
@@ -46,7 +45,7 @@ struct Smooth : SmallModel {
     return index;
   }
 
-  // Of boxes, centres and sizes, as one body.
+  // Boxes, by centres and sizes, as one body.
   uint32_t compound(const std::vector<std::pair<Vec3, Vec3>>& boxes) {
     const uint32_t index = box(Vec3::Constant(kSize));
     ModelShape& shape = model.shapes[index];
@@ -74,7 +73,7 @@ TriangleMesh closed_box(const Vec3& size, int cells) {
   return mesh;
 }
 
-// What moves, and how high its centre is over what it lies on.
+// A moving body, and the height of its centre above its support.
 struct Mover {
   const char* name;
   std::function<uint32_t(Smooth&)> shape;
@@ -100,7 +99,7 @@ std::vector<Mover> movers() {
        }}};
 }
 
-// All that `lay` has made, turned, and something that crosses it from `start`: as on one surface.
+// The bodies made by `lay`, rotated, and a body that crosses them from `start` as on one surface.
 void expect_level(const std::function<void(Smooth&)>& lay, const Vec3& start, const Vec3& way,
                   const Quat& tilt = Quat::Identity(), double speed_error = 1e-4) {
   for (const Mover& mover : movers()) {
@@ -150,7 +149,7 @@ TEST(Seams, BetweenCubesAreNotFelt) { expect_level(lay_two, {0, 0, 0.03}, {2, 0,
 
 TEST(Seams, AcrossTilesAreNotFelt) { expect_level(lay_tiles, {0, 0, 0}, {3, 0, 2.5}); }
 
-// Where the speed changes, single precision rounds it in each substep, on one surface as well.
+// Where the speed changes, single precision rounds it in each substep, also on one surface.
 TEST(Seams, OfATiltedFloorAreNotFelt) {
   expect_level(lay_tiles, {0, 0, 0}, {2, 0, 1.5}, about({1, 0.3, 2}, 12), 2e-4);
 }
@@ -215,7 +214,7 @@ TEST(Seams, OfTerrainAreNotFelt) {
   }
 }
 
-// Closed meshes of triangles, coarse and fine, beside each other, a box, a height field and one
+// Closed meshes of triangles, coarse and fine: beside each other, a box and a height field, and one
 // within another.
 TEST(Seams, OfClosedMeshesAreNotFelt) {
   for (const int cells : {1, 4}) {
@@ -278,7 +277,7 @@ TEST(Seams, WhatRollsKeepsItsSpeed) {
   }
 }
 
-// A step, however small, is a step: a box stops at it.
+// Even a tiny step stops a box.
 TEST(Seams, AStepStaysAStep) {
   for (const double step : {0.001, 0.01, 0.1}) {
     for (const double speed : {0.3, 1.0, 5.0}) {
@@ -295,7 +294,7 @@ TEST(Seams, AStepStaysAStep) {
   }
 }
 
-// Floor and wall both hold: a wall that stands on the floor, and one beside it that rises.
+// Floor and wall both hold: a wall on the floor, and one beside it that rises.
 TEST(Seams, WallAndFloorBothHold) {
   for (const bool is_beside : {false, true}) {
     for (const double speed : {0.3, 5.0, 20.0}) {
@@ -327,7 +326,7 @@ TEST(Seams, WallAndFloorBothHold) {
   }
 }
 
-// What falls on a seam, slowly or fast, with a corner or flat, lies on the floor.
+// A body that falls on a seam, slowly or fast, by a corner or flat, rests on the floor.
 TEST(Seams, WhatFallsOnASeamLiesOnIt) {
   for (const double speed : {0.0, 10.0}) {
     for (int i = 0; i < 6; ++i) {
@@ -347,7 +346,7 @@ TEST(Seams, WhatFallsOnASeamLiesOnIt) {
   }
 }
 
-// Over the outer edge of a table it falls, also where a seam ends there.
+// It falls over the outer edge of a table, also where a seam ends there.
 TEST(Seams, OuterEdgesStayEdges) {
   Smooth m;
   lay_two(m);

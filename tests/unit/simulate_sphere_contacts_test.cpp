@@ -1,4 +1,4 @@
-// Contacts of spheres: what is carried over from the step before, and who is found among sleepers.
+// Contacts of spheres: impulses carried over from the previous step, and contacts with sleepers.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@ class ParticleContacts : public test::StatisticalScene {
   }
 };
 
-// One carries more than the other. In one sweep a step nothing is found that was not carried over.
+// One carries more than the other. With one sweep per step the solution relies on the previous
+// step.
 TEST_F(ParticleContacts, EachSideOfAGrooveGoesOnWithItsOwnPush) {
   const double gentle = radians(10), steep = radians(45);
   // A valley along z; solid below.
@@ -59,7 +60,7 @@ TEST_F(ParticleContacts, EachSideOfAGrooveGoesOnWithItsOwnPush) {
   EXPECT_LT(states().linear_velocity[1].norm(), 3e-4);
 }
 
-// A sleeper is found as soon as it is touched, however little the bodies move in a step.
+// A sleeper is found at the first touch, however little the bodies move in a step.
 TEST_F(ParticleContacts, WhatComesToLieOnSleepersIsCarried) {
   scene_.step_s = 1.0 / 240;
   scene_.frame_rate = 240;

@@ -1,5 +1,5 @@
-// Measures the statements of simulate/sphere/sphere_constants.h on a few spheres, within a third or
-// so, so that half or twice a constant is noticed.
+// Measures the statements in simulate/sphere/sphere_constants.h on a few spheres, within about a
+// third, so that half or twice a constant is noticed.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ class SphereLaws : public test::SceneRun {
     use_radius(0.1);
   }
 
-  // Frames of a step, of which `kStepsOfTime` make sqrt(r / g).
+  // One frame per step; `kStepsOfTime` of them make sqrt(r / g).
   static constexpr double kStepsOfTime = 25;
   void use_radius(double radius_m) {
     radius_m_ = radius_m;
@@ -43,7 +43,7 @@ class SphereLaws : public test::SceneRun {
     return scene_.bodies.back();
   }
   bool sleeps(uint32_t body) const { return (states().flags[body] & kAsleep) != 0; }
-  // Of two balls, in radii: as spheres they are a thousandth smaller, by the hulls of their meshes.
+  // Of two balls, in radii: as spheres they are a thousandth smaller, by their meshes' hulls.
   double depth() const {
     return 2 * 0.999 - (states().position[1] - states().position[0]).norm() / radius_m_;
   }
@@ -137,8 +137,8 @@ TEST_F(SphereLaws, WhatDoesNotBounceStopsAtTheSurface) {
   }
 }
 
-// Of a column of two that sleep the lower one is knocked away. A third one stands on the upper one,
-// so many radii and so steeply above it.
+// The lower one of a column of two sleepers is knocked away. A third one stands on the upper one at
+// this distance in radii and this steepness.
 class SphereSupports : public SphereLaws {
  protected:
   bool third_wakes(double distance, double cosine) {

@@ -26,7 +26,7 @@ TEST_F(Statistical, AFlightIsAParabola) {
   EXPECT_NEAR(states().position[0].y(), 102 - 9.81 / 2, 1e-3);
 }
 
-// However far in a step.
+// However large the rotation in a step.
 TEST_F(Statistical, AFlightTurnsByItsSpin) {
   add_shape("box", box_mesh({0.2, 0.1, 0.3}));
   for (const double turn : {0.01, 0.3, 0.9, 1.1, 2.5}) {  // rad a step
@@ -41,7 +41,7 @@ TEST_F(Statistical, AFlightTurnsByItsSpin) {
   }
 }
 
-// A long body that spins about its axis has little energy, and tumbles with much.
+// A long body that spins about its axis has little energy; one that tumbles has much.
 TEST_F(Statistical, SpinsHaveTheEnergyOfTheBody) {
   const Vec3 size(0.04, 0.6, 0.04);
   add_shape("pole", box_mesh(size));
@@ -59,7 +59,7 @@ TEST_F(Statistical, SpinsHaveTheEnergyOfTheBody) {
   }
 }
 
-// The signature says how much of what is drawn for a hit on a surface is left.
+// The signature gives the share of a sampled rebound from a surface that is kept.
 TEST_F(Statistical, WhatHitsASurfaceReboundsAsItsSignatureSays) {
   constexpr double kRadius = 0.1;
   scene_.materials["stuff"].restitution = 0.8;
@@ -118,7 +118,7 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
   }
 }
 
-// Of a slope, too: face to face with it.
+// On a slope, too: face to face with it.
 TEST_F(Statistical, BodiesOnASlopeLieOnIt) {
   const Quat slope(Eigen::AngleAxisd(radians(12), Vec3::UnitZ()));
   add_ground();
@@ -148,7 +148,7 @@ TEST_F(Statistical, WhatCannotRollOverItsTipFallsOver) {
   EXPECT_NEAR(states().position[2].y(), 0.02, 1e-3);
 }
 
-// Down a slope a ball gains 5/7 of what slides without friction would.
+// Down a slope a ball gains 5/7 of the speed of frictionless sliding.
 TEST_F(Statistical, ABallRollsDownASlope) {
   const double slope = radians(10);
   add_ground();
@@ -161,7 +161,7 @@ TEST_F(Statistical, ABallRollsDownASlope) {
   EXPECT_NEAR(way / (5.0 / 7 * 9.81 * std::sin(slope) * 2 * 2 / 2), 1, 0.1);
 }
 
-// Where two floors meet a body lies as on one.
+// Where two floors adjoin, a body rests as on one.
 TEST_F(Statistical, OnTheSeamOfTwoFloorsBodiesEndInARestPose) {
   scene_.shapes["floor"] = BoxShape{{4, 1, 4}};
   for (const double side : {-2.0, 2.0}) {
@@ -181,7 +181,7 @@ TEST_F(Statistical, OnTheSeamOfTwoFloorsBodiesEndInARestPose) {
   }
 }
 
-// What is pressed against a wall comes to lie against it, as fast as its signature says.
+// A body pressed against a wall turns to lie against it, at the signature's rate.
 TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
   const auto mean_tilt = [&](double leaning) {
     change_packing("box", [&](Packing& packing) { packing.leaning = leaning; });
@@ -210,7 +210,7 @@ TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
   EXPECT_LT(mean_tilt(0.2), 0.8 * mean_tilt(0));
 }
 
-// As far as its signature says, and before the heap is at rest.
+// By as much as its signature says, and before the heap is at rest.
 TEST_F(Statistical, BlowsTurnPlatesLevel) {
   const auto mean_tilt = [&](double turning) {
     change_packing("plate", [&](Packing& packing) { packing.turning = turning; });
@@ -230,7 +230,7 @@ TEST_F(Statistical, BlowsTurnPlatesLevel) {
   EXPECT_LT(mean_tilt(3), 20);
 }
 
-// Slowly, at 0.03 of that rate, for what lies on others.
+// Slowly, at 0.03 of that rate, for bodies on others.
 TEST_F(Statistical, WhatLiesOnOthersGoesOnTurning) {
   add_ground();
   add_shape("slab", box_mesh({1, 0.2, 1}));
@@ -251,8 +251,7 @@ TEST_F(Statistical, WhatLiesOnOthersGoesOnTurning) {
   EXPECT_NEAR(std::log(before / tilt()) / 0.1, rate, 0.05 * rate);
 }
 
-// Plates in a stack lie as near to each other as they are thick, beside each other as they are
-// wide.
+// Plates in a stack are as close as they are thick, and side by side as they are wide.
 TEST_F(Statistical, PlatesLieCloserAboveEachOtherThanBesideEachOther) {
   add_ground();
   add_shape("plate", box_mesh({0.4, 0.05, 0.4}));
@@ -268,11 +267,11 @@ TEST_F(Statistical, PlatesLieCloserAboveEachOtherThanBesideEachOther) {
   EXPECT_GT(beside, 0.3);
 }
 
-// Whatever the radius that it has among others.
+// Independent of its radius among other bodies.
 TEST_F(Statistical, SurfacesAreMetByWhatABodyReaches) {
   add_shape("ball", sphere_mesh(0.1, 4));
   change_packing("ball", [](Packing& packing) { packing.radius_m = 0.08; });
-  // Two planes make a trough in which the ball lies: how far from them, m.
+  // Two planes form a trough for the ball: its distance from them, m.
   const auto distance_m = [&](double slope) {
     scene_.bodies.clear();
     for (const double side : {-slope, slope}) {
@@ -291,7 +290,7 @@ TEST_F(Statistical, SurfacesAreMetByWhatABodyReaches) {
   EXPECT_NEAR(distance_m(radians(60)), 0.1, 0.002);
 }
 
-// A heap in a bin: no corner that is drawn is in its floor or its walls.
+// A heap in a bin: no drawn corner is inside its floor or walls.
 TEST_F(Statistical, AtRestNothingReachesThroughAWall) {
   const Vec3 size(0.3, 0.12, 0.06);
   constexpr double kInside = 0.8, kFloor = 0.05;
@@ -318,7 +317,7 @@ TEST_F(Statistical, AtRestNothingReachesThroughAWall) {
   EXPECT_GE(beside_walls, 10);
 }
 
-// Of a body as thin as this the centre is soon on the other side of a floor.
+// The centre of such a thin body is soon on the other side of a floor.
 TEST_F(Statistical, NeedlesStayAboveTheFloorOfABin) {
   constexpr double kFloor = 0.05;
   scene_.shapes["bin"] = BinShape{{1.6, 3, 1.6}, kFloor};
@@ -339,7 +338,7 @@ TEST_F(Statistical, NeedlesStayAboveTheFloorOfABin) {
   EXPECT_LE(below, 1) << "of " << states().size() - 1;
 }
 
-// Where the nearest point of a hill need not be what a long body meets first.
+// Where the nearest point of a hill need not be the first contact of a long body.
 TEST_F(Statistical, AtRestNothingReachesIntoHills) {
   constexpr uint32_t kCells = 80;
   const auto height_m = [](const Vec3& at) {
@@ -410,7 +409,7 @@ TEST_F(Statistical, WithoutRestControlBodiesStopAsTheyAre) {
   EXPECT_GT(tilted, 18);
 }
 
-// A tilted cube that rides on a floor, at so many sqrt(g r): how far it is turned to a face in a
+// A tilted cube that moves on a floor at this speed in sqrt(g r): its rotation towards a face in a
 // tenth of a second, rad.
 TEST_F(Statistical, WhatIsSlowerThanTwoFifthsOfAFallIsTurned) {
   const auto turned_rad = [&](double speed) {
@@ -435,7 +434,7 @@ TEST_F(Statistical, WhatIsSlowerThanTwoFifthsOfAFallIsTurned) {
   EXPECT_LT(turned_rad(0.5), 0.001);
 }
 
-// On ground that moves as on ground that does not.
+// The same on moving and fixed ground.
 TEST_F(Statistical, WhatCarriesAnotherDoesNotTipOver) {
   add_shape("cube", box_mesh(Vec3::Constant(0.2)));
   change_packing("cube", [](Packing& packing) { packing.turning = 0; });
@@ -489,11 +488,11 @@ TEST_F(Statistical, APileStandsAndSleeps) {
     EXPECT_GT(states().position[i].y(), 0.099) << i;
     mean += states().position[i].y() / 125;
   }
-  // One layer lies at 0.1; what sinks into itself ends up there.
+  // One layer is at 0.1, where a heap that sinks into itself would end.
   EXPECT_GT(mean, 0.14);
 }
 
-// Of the boxes on the ground that others keep from their pose: how far from it, in the mean.
+// The boxes on the ground that others keep from their pose: their mean distance from it.
 TEST_F(Statistical, WhatOthersLeanOnTurnsTowardsAPose) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
@@ -517,7 +516,7 @@ TEST_F(Statistical, WhatOthersLeanOnTurnsTowardsAPose) {
   EXPECT_LT(rocking, 0.65 * mean_tilt());
 }
 
-// How much of it one body moves is chance: the mean of five.
+// How much of it one body moves is chance: use the mean of five.
 TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
@@ -538,7 +537,7 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
       ASSERT_LT(++frame, 500);
       run(1);
     }
-    // The one that falls keeps the others waiting, asleep.
+    // The falling one keeps the others waiting, asleep.
     EXPECT_EQ(simulator_->statistics().bodies_awake, 1U);
     EXPECT_EQ(heap_speed(), 0);
     const double before = states().linear_velocity[1].norm();
@@ -552,9 +551,9 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   EXPECT_GT(knocked, 0.2);
 }
 
-// Down a slope too steep to roll on: g (sin - mu cos). On a great ball, what resists rolling
-// catches; a smooth surface has nothing to catch on. Balls, so that they keep touching while they
-// turn.
+// Down a slope too steep for rolling: g (sin - mu cos). On a great ball, rolling resistance
+// increases friction; a smooth surface does not. Uses balls, so that they stay in contact while
+// they turn.
 TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
   constexpr double kRolling = 0.3, kRadius = 0.1, kHill = 20;
   const double slope = radians(80), gravity = 9.81, seconds = 0.25;
@@ -567,7 +566,7 @@ TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
     return *read_signature(*std::get<MeshShape>(scene_.shapes[shape]).signature).packing;
   };
   change_packing("burr", [](Packing& packing) { packing.rolling = kRolling; });
-  // Of the ball and the burr, m/s.
+  // Speeds of the ball and the burr, m/s.
   const auto speeds = [&](const Vec3& at, const Vec3& other) {
     add_body("ball", at);
     add_body("burr", other);
@@ -593,7 +592,7 @@ TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
   add_body("hill", middle);
   const double apart = packing_of("hill").radius_m + packing_of("ball").radius_m;
   const auto on_body = speeds(middle + apart * up, middle + apart * Vec3(-up.x(), up.y(), 0));
-  EXPECT_NEAR(on_body[0], expected(kFriction), 0.02);  // it becomes steeper on its way
+  EXPECT_NEAR(on_body[0], expected(kFriction), 0.02);  // it becomes steeper on the way
   EXPECT_NEAR(on_body[0] - on_body[1],
               expected(kFriction) - expected(kFriction * (1 + 4 * kRolling / 7)), 0.005);
 }
@@ -689,7 +688,7 @@ TEST_F(Statistical, HardStartsStayFinite) {
   add_body("box", {0, 50, 0}).linear_velocity = {0, -1000, 0};
   add_body("boulder", {40, 20, 0});
   start();
-  run(300);  // throws where a state stops being finite
+  run(300);  // throws when a state is no longer finite
   for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), -0.01) << i;
 }
 

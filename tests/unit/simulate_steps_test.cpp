@@ -19,7 +19,7 @@ std::unique_ptr<Simulator> simulator_of(const SmallModel& m) {
   return make_impulse_simulator(m.scene, m.model, make_exact_engine(m.scene, m.model));
 }
 
-// A flat pyramid of boxes of `side` m, `base` of them in the lowest layer.
+// A flat pyramid of boxes of `side` m, with `base` of them in the lowest layer.
 SmallModel pyramid(int base, double side) {
   SmallModel m;
   const uint32_t material = m.material(0, 0.5);
@@ -43,7 +43,7 @@ double largest_drift(const SmallModel& m, const BodyStates& states) {
   return drift;
 }
 
-// Nothing changes its character at a count of bodies, or with their size.
+// Nothing changes with the number or the size of bodies.
 TEST(Steps, PyramidsComeToRestAtAnyCountAndSize) {
   for (const auto& [side, drift] : {std::pair(0.01, 2e-3), std::pair(0.8, 1.25e-3)}) {
     for (const int base : {12, 13, 14, 16}) {  // 78, 91, 105, 136 boxes
@@ -57,7 +57,7 @@ TEST(Steps, PyramidsComeToRestAtAnyCountAndSize) {
   }
 }
 
-// A ball above a floor: how many steps the frames take.
+// A ball above a floor: the number of steps per frame.
 std::vector<int> steps_of_fall(double radius, double speed, double gravity = 9.81) {
   SmallModel m;
   m.scene.gravity = {0, -gravity, 0};
@@ -79,7 +79,7 @@ TEST(Steps, AreShortWhereSomethingFastIsNearAndLongAtRest) {
   EXPECT_EQ(steps.back(), 1);
 }
 
-// The step at rest is long there, or has no bound; impacts ask for as short a one.
+// The step at rest is long there, or unbounded; impacts need equally short ones.
 TEST(Steps, AreShortBeforeAnImpactWhereLittleFalls) {
   for (const double gravity : {0.0, 0.01}) {
     EXPECT_GE(std::ranges::max(steps_of_fall(1, 40, gravity)), 2) << gravity;
@@ -112,7 +112,7 @@ TEST(Steps, BytesAreTheSameWithAnyNumberOfThreads) {
   EXPECT_EQ(ends[0], ends[2]);
 }
 
-// One number says how exact: a tenth of it presses a stack in less.
+// One number sets the accuracy: a tenth of it reduces the penetration in a stack.
 TEST(Steps, AccuracyBoundsThePenetration) {
   std::vector<double> depths;
   for (const double accuracy : {1e-2, 1e-3, 1e-4}) {

@@ -1,4 +1,4 @@
-// Structures of spheres: bodies that begin asleep, side by side and on top of each other.
+// Structures of spheres: bodies that start asleep, side by side and on top of each other.
 
 #include <gtest/gtest.h>
 
@@ -58,7 +58,7 @@ TEST_F(Structure, WhatStandsOnALowerOneThatGoesWakesWithItsLoad) {
 }
 
 TEST_F(Structure, StructuresThatAreTouchedKeepTheirSize) {
-  // A wall of cubes face to face, closer than balls of their volume, is pushed a little.
+  // A wall of cubes face to face, closer than balls of their volume, gets a small push.
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
   Emitter& wall = add_grid("cube", {6, 2, 1}, {kSide, kSide, 1}, {0, kSide, 0});
   wall.asleep = true;
@@ -89,7 +89,7 @@ TEST_F(Structure, WhatLeavesAStructureIsAsWideAsInAHeap) {
 }
 
 TEST_F(Structure, AHitIsPassedOnThroughAStructureInTheSameStep) {
-  // A row that is hit at one end: nothing of the momentum is lost to cubes that sleep.
+  // A row hit at one end: sleeping cubes absorb no momentum.
   scene_.gravity.setZero();
   scene_.materials["stuff"].restitution = 0;
   Emitter& row = add_grid("cube", {5, 1, 1}, {kSide, 1, 1}, {0.6, 0, 0});
@@ -107,7 +107,7 @@ TEST_F(Structure, AHitIsPassedOnThroughAStructureInTheSameStep) {
 }
 
 TEST_F(Structure, ABlowOfAMustImpulseBodyWakesAllThatItCanMove) {
-  // More than the cube that it hits could move: what sleeps on would stand like a wall.
+  // More than the cube that it hits could move: sleeping bodies would act as a wall.
   scene_.gravity = {0, -100, 0};
   scene_.materials["stuff"].restitution = 0;
   scene_.materials["lead"] = {0, 0.5, 20000};

@@ -1,4 +1,4 @@
-// Belts, rollers and turntables: closed forms of bodies on surfaces that run.
+// Belts, rollers and turntables: closed forms for bodies on moving surfaces.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-// A level plane that runs; all of one material.
+// A level plane with a surface velocity; one material for all.
 SmallModel belt(const SurfaceVelocity& runs, double friction, double restitution = 0) {
   SmallModel m;
   m.scene.frame_rate = 60;
@@ -22,7 +22,7 @@ SmallModel belt(const SurfaceVelocity& runs, double friction, double restitution
   return m;
 }
 
-// With the mesh that the particle mode asks for.
+// With a mesh, as the particle mode needs one.
 uint32_t ball(SmallModel& m) {
   const uint32_t shape = m.sphere(0.1);
   m.model.shapes[shape].mesh = sphere_mesh(0.1);
@@ -54,7 +54,7 @@ TEST(SurfaceVelocity, ABlockReachesTheSpeedOfTheBelt) {
   }
 }
 
-// By each impulse the ball gains speed and spin until nothing slides: v (1 + m R^2 / I) = the
+// Each impulse adds speed and spin to the ball until nothing slides: v (1 + m R^2 / I) = the
 // belt's.
 TEST(SurfaceVelocity, ABallRollsAtTwoSeventhsOfIt) {
   for (const SimulatorMode mode : {SimulatorMode::impulse, SimulatorMode::particle}) {
@@ -79,7 +79,7 @@ TEST(SurfaceVelocity, CarriesNothingWithoutFriction) {
   }
 }
 
-// A block that turns with it, from the start, comes back after each turn.
+// A block that turns with it from the start returns after each revolution.
 TEST(SurfaceVelocity, ATurntableCarriesABlockAround) {
   constexpr double kRate = 2, kRadius = 0.5;  // 0.2 g
   SmallModel m = belt({.angular = {0, kRate, 0}}, 0.8);
@@ -97,7 +97,7 @@ TEST(SurfaceVelocity, ATurntableCarriesABlockAround) {
   EXPECT_NEAR(states.angular_velocity[1].y(), kRate, 0.01 * kRate);
 }
 
-// The frame is that of the shape: turned with the body, about its own origin.
+// The frame is the shape's: rotated with the body, about its own origin.
 TEST(SurfaceVelocity, IsInTheBodysOwnFrame) {
   SmallModel m;
   m.scene.frame_rate = 60;
@@ -106,7 +106,7 @@ TEST(SurfaceVelocity, IsInTheBodysOwnFrame) {
   m.model.shapes[table].origin_offset = {0.5, 0, 0};
   ModelBody& body = m.body(table, 0, {0, -0.1, 0}, Role::fixed);
   body.pose.orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitY()));  // x is -z
-  // At the centre of mass it runs by 1 along x and by 2 x 0.5 along -z of the body.
+  // At the centre of mass it moves by 1 along x and by 2 x 0.5 along -z of the body.
   body.surface_velocity = SurfaceVelocity{.linear = {1, 0, 0}, .angular = {0, 2, 0}};
   m.body(m.box({0.1, 0.02, 0.1}), 0, {0, 0.01, 0});
   const auto simulator = make_simulator(m.scene, m.model);
@@ -116,7 +116,7 @@ TEST(SurfaceVelocity, IsInTheBodysOwnFrame) {
   EXPECT_LT(velocity.x(), -0.1);
 }
 
-// The end of a belt is not pushed out: its speed is along the normal there.
+// The end of a belt does not push: its velocity is along the normal there.
 TEST(SurfaceVelocity, PushesNothingAlongTheNormal) {
   SmallModel m;
   m.scene.frame_rate = 60;
@@ -130,7 +130,7 @@ TEST(SurfaceVelocity, PushesNothingAlongTheNormal) {
   EXPECT_LT((simulator->states().position[2] - Vec3(0.6, 0.1, 0)).norm(), 1e-3);
 }
 
-// However slow the belt is, and though the body began asleep.
+// However slow the belt is, and although the body started asleep.
 TEST(SurfaceVelocity, NothingSleepsOnIt) {
   constexpr double kSpeed = 0.002;
   for (const SimulatorMode mode : {SimulatorMode::impulse, SimulatorMode::particle}) {
@@ -147,7 +147,7 @@ TEST(SurfaceVelocity, NothingSleepsOnIt) {
   }
 }
 
-// Spinning friction takes the turn of the surface, not that of the body, which stands still.
+// Spinning friction uses the rotation of the surface, not that of the body, which is at rest.
 TEST(SurfaceVelocity, SpinningFrictionTurnsABall) {
   SmallModel m = belt({.angular = {0, 3, 0}}, 0.5);
   m.model.materials[0].spinning_friction = 0.2;
@@ -158,7 +158,7 @@ TEST(SurfaceVelocity, SpinningFrictionTurnsABall) {
   EXPECT_LT((simulator->states().angular_velocity[1] - Vec3(0, 3, 0)).norm(), 0.01);
 }
 
-// Bounces change the speed along the belt, too: by 1.3 times the friction times the impact.
+// Bounces also change the speed along the belt: by 1.3 times the friction times the impact.
 TEST(SurfaceVelocity, ABounceTakesAPartOfIt) {
   constexpr double kFriction = 0.1, kImpact = 4;
   SmallModel m = belt({.linear = {10, 0, 0}}, kFriction, 0.3);

@@ -37,7 +37,7 @@ TEST(TrajectoryFailure, FullDiskIsAnErrorAndKeepsTheFramesBefore) {
           while (appended < 1000) {
             writer.append(make_frame(kBodies, appended));
             ++appended;
-            writer.close();  // writes what it has, as the passing of a second does
+            writer.close();  // writes its frames, as it does after a second
           }
         },
         ErrorKind::io);
@@ -48,7 +48,7 @@ TEST(TrajectoryFailure, FullDiskIsAnErrorAndKeepsTheFramesBefore) {
     test::expect_frames(store, kBodies, writer.frames_on_disk());
     EXPECT_EQ(test::count_temporary_files(disk.directory), 0u);
 
-    // What was in memory is not lost either, once there is room.
+    // Frames in memory are not lost either, once there is room.
     disk.make_room();
     writer.append(make_frame(kBodies, appended));
     writer.close();
@@ -58,7 +58,7 @@ TEST(TrajectoryFailure, FullDiskIsAnErrorAndKeepsTheFramesBefore) {
 
 TEST(TrajectoryFailure, FullDiskAtTheEndOfAChunkIsAnErrorOfEveryFurtherFrame) {
   test::on_a_small_disk(1 << 20, [](const test::SmallDisk& disk) {
-    constexpr size_t kBodies = 20000;  // 6 frames a chunk
+    constexpr size_t kBodies = 20000;  // 6 frames per chunk
     const fs::path store = disk.directory / "trajectory.zarr";
     TrajectoryWriter writer(store, make_header(kBodies));
     uint64_t index = 0;
@@ -82,7 +82,7 @@ TEST(TrajectoryFailure, UnwritableDirectoryIsAnIoError) {
       HasSubstr("/proc/trajectory.zarr"));
 }
 
-// A run would go on into a store that has lost what was written before.
+// Otherwise a run would continue in a store that has lost its earlier frames.
 TEST(TrajectoryFailure, WhatWasRemovedIsNotMadeAnewByHalf) {
   const test::ScratchDirectory directory;
   const fs::path gone = directory / "gone";
@@ -96,7 +96,7 @@ TEST(TrajectoryFailure, WhatWasRemovedIsNotMadeAnewByHalf) {
   EXPECT_FALSE(fs::exists(gone));
 }
 
-// Writes frames one by one until it is killed; tells when it begins and of each frame.
+// Writes frames one by one until it is killed; reports its start and each frame.
 [[noreturn]] void write_for_ever(const fs::path& store, size_t bodies, int progress) {
   TrajectoryWriter writer(store, make_header(bodies));
   for (uint64_t i = 0; write(progress, "f", 1) == 1; ++i) {
@@ -126,7 +126,7 @@ TEST(TrajectoryFailure, Kill9LeavesAValidPrefix) {
     ASSERT_GE(child, 0);
     if (child == 0) write_for_ever(store, kBodies, progress[1]);
     close(progress[1]);
-    // After so many frames and some of the time that the next one takes.
+    // After this many frames and part of the time of the next one.
     Philox random(5, Stream::test, round);
     const uint64_t least = random.index(12);
     char byte;
@@ -267,7 +267,8 @@ TEST_F(DamagedTrajectory, TruncatedOrChangedChunk) {
   EXPECT_THAT(read_error(), HasSubstr("holds 12288 bytes"));
 }
 
-// Zeros compress by thousands: a frame of zstd may promise, and hold, far more than its file.
+// Zeros compress by a factor of thousands: a zstd frame may promise, and contain, far more than its
+// file.
 TEST_F(DamagedTrajectory, SizesThatAreNotThereTakeNoMemory) {
   change("position/.zarray", [](auto& json) { json["chunks"][0] = 1'000'000'000; });
   EXPECT_THAT(open_error(), HasSubstr("has chunks of 1000000000 rows; expected at most 256"));

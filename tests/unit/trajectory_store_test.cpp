@@ -62,7 +62,7 @@ TEST_F(TrajectoryStore, GivesBackTheColoursOfShapesAndWhoIsPainted) {
   EXPECT_TRUE(reader.header().shapes[0].is_z_up);
   EXPECT_TRUE(reader.header().shapes[1].colours.empty());
   EXPECT_EQ(reader.header().body_painted, header.body_painted);
-  // As many as there are triangles.
+  // As many as triangles.
   fs::remove_all(store_);
   header.shapes[0].colours.pop_back();
   { const TrajectoryWriter writer(store_, header); }
@@ -137,7 +137,7 @@ TEST_F(TrajectoryStore, RefusesTexturesThatCannotBe) {
   refuses({1, 1, 0, 0}, 0, "the width of a texture is 2049");
 }
 
-// zstd makes next to nothing of them.
+// zstd compresses them to almost nothing.
 TEST_F(TrajectoryStore, HoldsAMeshOfManyTrianglesOfOneColour) {
   TrajectoryHeader header = make_header(1);
   TrajectoryShape& shape = header.shapes[0];
@@ -234,7 +234,7 @@ TEST_F(TrajectoryStore, TheSameFramesGiveTheSameFilesWheneverTheyWereWritten) {
   TrajectoryWriter writer(store_, make_header(kBodies));
   for (uint64_t i = 0; i < 300; ++i) {
     writer.append(make_frame(kBodies, i));
-    if (i % 7 == 0) writer.close();  // writes what it has, as the passing of a second does
+    if (i % 7 == 0) writer.close();  // writes its frames, as it does after a second
   }
   writer.close();
   EXPECT_EQ(hash_of_tree(store_), at_once);
@@ -251,7 +251,7 @@ TEST_F(TrajectoryStore, ClosesWhenDestroyed) {
   test::expect_frames(directory_, 2, 1);
 }
 
-// The exact numbers, through Debian's python3-zarr and no code that knows trajectories.
+// The exact numbers, through Debian's python3-zarr and code independent of trajectories.
 TEST_F(TrajectoryStore, PythonReadsTheSameNumbers) {
   constexpr size_t kBodies = 700;
   constexpr uint64_t kFrames = 400;
@@ -316,7 +316,7 @@ print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"]
   EXPECT_TRUE(same("shapes_0_triangles", header.shapes[0].triangles));
 }
 
-// 1e-6 of a body's size, at the origin and 1,000 km away, of a body of any size.
+// 1e-6 of a body's size, at the origin and 1,000 km away, for a body of any size.
 TEST_F(TrajectoryStore, PositionsAreExactFarAway) {
   for (const float size : {1e-3f, 0.2f, 30.0f}) {
     TrajectoryHeader header = make_header(1);
