@@ -5,7 +5,7 @@
     tests/benchmark/odd_shapes.py build/release/commands/pilesim guides [--seeds 1,2,3]
 
 `piles`: 200 of each poured on the ground, in the scene that `pilesim new pile` writes. `guides`: an S
-of strokes of 0.3 m filled with boxes of three sizes, and a star sunk into the ground.
+of strokes of 0.3 m filled with boxes of three sizes, and a star embedded in the ground.
 """
 import argparse
 import json

@@ -277,7 +277,7 @@ class CollectionTest(CommandTest):
             for run in job.runs:
                 resolved = json.loads((run / "trajectory.zarr/.zattrs").read_text())
                 suns.add(json.dumps(resolved["scene"]["render"]["light"]["azimuth_deg"]))
-        self.assertEqual(len(suns), 4)  # drawn anew for each run of each job
+        self.assertEqual(len(suns), 4)  # sampled again for each run of each job
 
     def test_what_is_packed_may_be_dropped(self):
         import pilesim_batch

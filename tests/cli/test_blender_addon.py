@@ -113,7 +113,7 @@ class Addon(CommandTest):
         self.assertTrue((array[6] == 0).all())
 
     def test_the_camera_is_that_of_an_export(self):
-        """Whose path it has anew: places, fields of view and where it looks."""
+        """Sampled again: positions, fields of view and targets of its path."""
         self.succeed("export", "run", "-o", "pile.npz", "-q")
         expected = numpy.load(self.dir / "pile.npz")["camera"]
         store = zarr.open(self.path, "r")

@@ -1,6 +1,6 @@
 """The exact text of errors, as errors.txt has them; and that they leave no file behind.
 
-    PILESIM_WRITE_ERRORS=1 python3 -m unittest test_errors     # writes errors.txt anew: read the difference
+    PILESIM_WRITE_ERRORS=1 python3 -m unittest test_errors     # rewrites errors.txt: read the difference
 """
 
 import copy

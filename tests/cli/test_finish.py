@@ -11,7 +11,7 @@ from support import CommandTest, tree_bytes
 GATES = "penetration>0.02D,floating>0,unsettled>0,escaped>0"
 
 
-def sunk(scene):
+def overlapping(scene):
     """Boxes that sleep a third of the way in each other."""
     scene["emitters"][0].update(
         centre=[0, 0.26, 0], count=[3, 3, 3], spacing=[0.14, 0.14, 0.14], asleep=True,
@@ -19,8 +19,8 @@ def sunk(scene):
     )
 
 
-def many_sunk(scene):
-    sunk(scene)
+def many_overlapping(scene):
+    overlapping(scene)
     scene["emitters"][0].update(centre=[0, 1.06, 0], count=[12, 15, 12])
 
 
@@ -47,14 +47,14 @@ class FinishTest(CommandTest):
     def report(self, directory):
         return json.loads((self.dir / directory / "report.json").read_text())
 
-    def simulate_sunk(self, change=sunk):
+    def simulate_overlapping(self, change=overlapping):
         self.succeed("simulate", self.write_scene(change), "-o", "out")
         self.assertGreater(
             self.report("out")["quality_at_end"]["deepest_penetration_diameters"], 0.1
         )
 
     def test_makes_a_pile_sound_and_leaves_the_run_alone(self):
-        self.simulate_sunk()
+        self.simulate_overlapping()
         before = tree_bytes(self.dir / "out")
         result = self.succeed("finish", "out", "-o", "sound", "--fail-on", GATES)
         self.assertRegex(result.stdout, r"finished 27 bodies in .* overlaps of .* became .*; 0 not")
@@ -72,7 +72,7 @@ class FinishTest(CommandTest):
         self.succeed("simulate", "scene.json", "-o", "on", "--from", "sound")
 
     def test_what_is_wrong_in_a_trajectory_is_not_blamed_on_the_scene_file(self):
-        self.simulate_sunk()
+        self.simulate_overlapping()
         attributes = self.dir / "out/trajectory.zarr/.zattrs"
         stored = json.loads(attributes.read_text())
         stored["scene"]["frame_rate"] = -1
@@ -82,7 +82,7 @@ class FinishTest(CommandTest):
         self.assertNotIn("scene.json", result.stderr)
 
     def test_a_scene_finishes_itself_with_the_same_bytes(self):
-        self.simulate_sunk()
+        self.simulate_overlapping()
         self.succeed("finish", "out", "-o", "sound")
         result = self.succeed(
             "simulate", "scene.json", "-o", "own", "--set", "/finish={}", "--fail-on", GATES
@@ -100,7 +100,7 @@ class FinishTest(CommandTest):
         self.assertEqual(self.report("own")["finish"]["bodies"], 27)
 
     def test_says_what_stands_in_the_way(self):
-        self.simulate_sunk()
+        self.simulate_overlapping()
         result = self.expect_exit(2, "finish", "out", "-o", "out", "--force")
         self.assertIn("is the run that is to be finished", result.stderr)
         self.assertTrue((self.dir / "out/trajectory.zarr").is_dir())
@@ -115,7 +115,7 @@ class FinishTest(CommandTest):
         self.assertIn("--force", result.stderr)
 
     def test_tells_what_had_not_come_to_rest(self):
-        self.simulate_sunk()
+        self.simulate_overlapping()
         result = self.expect_exit(
             5, "finish", "out", "-o", "sound", "--longest", "0.01", "--fail-on", "unsettled>0"
         )
@@ -132,7 +132,7 @@ class FinishTest(CommandTest):
         return self.expect_exit(130, *arguments, env=struck).stderr
 
     def test_ctrl_c_leaves_a_valid_run_that_says_so(self):
-        self.simulate_sunk(many_sunk)
+        self.simulate_overlapping(many_overlapping)
         errors = self.interrupt("finish", "out", "-o", "sound")
         self.assertRegex(errors, r"interrupted; holds 16 frames, and \d+ of 2160 bodies are at rest")
         report = self.report("sound")
@@ -148,7 +148,7 @@ class FinishTest(CommandTest):
         self.assertTrue((self.dir / directory / "finishing.bin").exists())
 
     def test_a_killed_one_goes_on_and_ends_with_the_same_bytes(self):
-        self.simulate_sunk(many_sunk)
+        self.simulate_overlapping(many_overlapping)
         command = ("finish", "out", "--longest", "0.2")
         self.succeed(*command, "-o", "a", "--threads", "2")
         resumed = (*command, "-o", "b", "--resume")
@@ -176,7 +176,7 @@ class FinishTest(CommandTest):
         }
 
     def test_what_is_of_other_work_is_not_gone_on_with(self):
-        self.simulate_sunk()
+        self.simulate_overlapping()
         self.succeed("finish", "out", "-o", "b", "--resume")
         before = tree_bytes(self.dir / "b")
         result = self.expect_exit(3, "finish", "out", "-o", "b", "--resume", "--longest", "3")
@@ -190,7 +190,7 @@ class FinishTest(CommandTest):
         self.expect_exit(2, "finish", "out", "-o", "b", "--resume", "--force")
 
     def test_a_scene_whose_finishing_is_killed_goes_on_with_it(self):
-        scene = self.write_scene(many_sunk)
+        scene = self.write_scene(many_overlapping)
         own = ("simulate", scene, "-o", "own", "--set", '/finish={"longest_s": 0.2}')
         self.stop_once_it_goes_on("own", "kill", *own)
         result = self.succeed(*own, "--resume")
@@ -208,7 +208,7 @@ class FinishTest(CommandTest):
             scene["emitters"][0].update(centre=[0, 0.37, 0], count=[21, 5, 21],
                                         spacing=[0.14, 0.14, 0.14], asleep=True)
 
-        self.simulate_sunk(deep)
+        self.simulate_overlapping(deep)
         self.succeed("finish", "out", "-o", "sound", "--visible-only", "--fail-on", GATES)
         figures = self.report("sound")["finish"]
         self.assertGreater(figures["left_as_they_were"], 10)
@@ -235,7 +235,7 @@ class FinishTest(CommandTest):
                          self.bytes_of("sound", "trajectory.zarr/position"))
 
     def test_a_scene_whose_finishing_is_interrupted_is_resumed(self):
-        scene = self.write_scene(many_sunk)
+        scene = self.write_scene(many_overlapping)
         own = ("simulate", scene, "-o", "own", "--set", "/finish={\"longest_s\": 0.3}")
         errors = self.interrupt(*own)
         self.assertIn("the pile is not finished", errors)

@@ -82,7 +82,7 @@ class Reference(CommandTest):
             self.assertEqual(
                 (SOURCE / f"docs/reference/{page}.md").read_text(),
                 self.succeed("reference", form).stdout,
-                f"make it anew: pilesim reference {form} -o docs/reference/{page}.md",
+                f"make it again: pilesim reference {form} -o docs/reference/{page}.md",
             )
 
     def test_the_page_of_keys_has_every_key_of_the_schema(self):

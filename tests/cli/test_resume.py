@@ -179,10 +179,10 @@ class From(CommandTest):
     def test_what_sleeps_in_another_wakes_and_comes_out(self):
         import zarr
 
-        def sunk(scene):
+        def overlapping(scene):
             scene["emitters"][0].update(centre=[0, 0.16, 0], count=[1, 2, 1], spacing=[1, 0.12, 1], asleep=True)
 
-        scene = self.write_scene(sunk)
+        scene = self.write_scene(overlapping)
         self.succeed("simulate", scene, "-o", "a", "--set", "/duration_s=0.1")
         state = zarr.open(str(self.dir / "a/trajectory.zarr"), mode="r")["state"]
         self.assertEqual([int(flags) & 2 for flags in state[-1]], [0, 2, 2])  # as the scene says

@@ -128,12 +128,12 @@ class View(CommandTest):
         self.assertAlmostEqual(page.about["frame_rate"], 15)
 
     def test_has_how_deep_bodies_are_in_each_other(self):
-        def sunk(scene):
+        def overlapping(scene):
             scene["emitters"][0].update(centre=[0, 0.1, 0], count=[2, 1, 1], spacing=[0.14, 1, 1],
                                         orientation=[1, 0, 0, 0], asleep=True)
             scene["bodies"].append({"name": "falls", "shape": "box", "material": "wood", "position": [3, 1, 0]})
 
-        self.succeed("simulate", self.write_scene(sunk), "-o", "out/a", "--force")
+        self.succeed("simulate", self.write_scene(overlapping), "-o", "out/a", "--force")
         page = self.page("--overlaps")
         diameter = 0.2 * 3**0.5
         self.assertAlmostEqual(page.about["overlaps"]["diameter_m"], diameter)

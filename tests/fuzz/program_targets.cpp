@@ -253,7 +253,8 @@ class SmallRun {
 };
 
 // As a file, and as changes to a valid one with a corrected checksum. The first byte selects the
-// run. Of each three bytes, two give a position and one the new value; 0 cuts off the rest.
+// run. Each three bytes give a position (two bytes) and its new value; the value 0 cuts off the
+// rest.
 void checkpoint(std::string_view bytes) {
   static const std::vector<std::unique_ptr<SmallRun>> runs = [] {
     const std::string mode = "/simulator/mode=";

@@ -673,7 +673,7 @@ TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
 
 // Scaling lengths by s and times by sqrt(s): bodies that start inside others separate at the same
 // pace. Bodies of metres have substeps of at most 1/960 s.
-TEST(ExactEngine, WhatIsStuckPartsAlikeAtAnySize) {
+TEST(ExactEngine, PenetratingBodiesSeparateAlikeAtAnySize) {
   const auto distances_at = [](double scale) {
     SmallModel m;
     m.scene.frame_rate = 60 / std::sqrt(scale);
@@ -763,13 +763,13 @@ TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
   const auto simulator = simulate(m);
   run(*simulator, 30);
   // It slides all the time: the impact's friction is 0.2 of it.
-  const double blow = 2 * (1 + 0.5);
+  const double impulse = 2 * (1 + 0.5);
   const Vec3& velocity = simulator->states().linear_velocity[1];
   EXPECT_NEAR(velocity.y(), 1, 1e-5);
-  EXPECT_NEAR(velocity.x(), 3 - 0.2 * blow, 1e-5);
+  EXPECT_NEAR(velocity.x(), 3 - 0.2 * impulse, 1e-5);
   // The impact acts at the ball's position at the start of the step, so its lever is longer by half
   // the gap.
-  const double spin = -0.2 * blow * 2.5 / 0.1;
+  const double spin = -0.2 * impulse * 2.5 / 0.1;
   EXPECT_NEAR(simulator->states().angular_velocity[1].z(), spin, 0.05 * std::abs(spin));
 }
 

@@ -26,7 +26,7 @@ int frames_awake(double gap_m) {
 }
 
 // However slow. Slightly penetrating bodies get time to separate.
-TEST(ExactRest, WhatIsSunkStaysAwake) {
+TEST(ExactRest, PenetratingBodiesStayAwake) {
   const int apart = frames_awake(0.2), wedged = frames_awake(0.19);  // by 0.025 on either side
   EXPECT_GT(apart, 0);
   EXPECT_TRUE(wedged == 0 || wedged > 2 * apart) << wedged;

@@ -62,7 +62,7 @@ TEST(Rolling, BallsOfAllMassesStopWhereTheirCoefficientSays) {
 
 // Two spinning balls that collide conserve their common momentum. About the line between them, the
 // impact reduces their relative spin by what its impulse allows.
-TEST(Rolling, ABlowKeepsMomentum) {
+TEST(Rolling, AnImpactKeepsMomentum) {
   Philox random(2, Stream::test, 0);
   for (int trial = 0; trial < 100; ++trial) {
     SCOPED_TRACE(trial);
@@ -101,14 +101,15 @@ TEST(Rolling, ABlowKeepsMomentum) {
     EXPECT_LT((sum(states.linear_velocity, mass) - momentum).norm(),
               5e-6 * speed * (mass[0] + mass[1]));
     EXPECT_LT((sum(states.angular_velocity, inertia) - turning).norm(), 5e-6 * scale);
-    const double blow = (1 + restitution) * speed / (1 / mass[0] + 1 / mass[1]);
+    const double impulse = (1 + restitution) * speed / (1 / mass[0] + 1 / mass[1]);
     const double least = std::min(radius[0], radius[1]);
     const Vec3 torque = inertia[0] * (states.angular_velocity[0] - former);
     const Vec3 across = against - against.dot(line) * line;
-    EXPECT_NEAR(torque.dot(line), 0.2 * least * blow * (against.dot(line) > 0 ? 1 : -1),
-                0.05 * 0.2 * least * blow);
+    EXPECT_NEAR(torque.dot(line), 0.2 * least * impulse * (against.dot(line) > 0 ? 1 : -1),
+                0.05 * 0.2 * least * impulse);
     // Four of the hundred are off by more than 1 %.
-    EXPECT_NEAR(torque.dot(across.normalized()), 0.1 * least * blow, 0.2 * 0.1 * least * blow);
+    EXPECT_NEAR(torque.dot(across.normalized()), 0.1 * least * impulse,
+                0.2 * 0.1 * least * impulse);
   }
 }
 

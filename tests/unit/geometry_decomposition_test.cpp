@@ -399,7 +399,7 @@ TEST_F(DecompositionCacheTest, OtherMeshGroupsOrOptionsAreOtherEntries) {
   EXPECT_THAT(files(), SizeIs(4));
 }
 
-TEST_F(DecompositionCacheTest, DamagedFilesAreMadeAnew) {
+TEST_F(DecompositionCacheTest, DamagedFilesAreReplaced) {
   const Decomposition computed = run();
   const std::string whole = read_file(only_file());
   std::string flipped = whole;

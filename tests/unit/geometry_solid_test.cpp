@@ -31,7 +31,7 @@ using testing::HasSubstr;
 
 double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
 
-// Of both meshes, which may cross.
+// Volume of both meshes together, which may cross.
 double volume_of_union(const TriangleMesh& a, const TriangleMesh& b) {
   const InsideTest in_a(a), in_b(b);
   Bounds box = a.bounds();
@@ -353,7 +353,7 @@ TEST_F(SolidCacheTest, WhatNeedsNoMendingIsNotKept) {
   EXPECT_FALSE(std::filesystem::exists(scratch_ / "deep"));
 }
 
-TEST_F(SolidCacheTest, DamagedFilesAreMadeAnew) {
+TEST_F(SolidCacheTest, DamagedFilesAreReplaced) {
   const Solid made = run();
   const std::filesystem::path file = files().front();
   const std::string whole = read_file(file);

@@ -96,7 +96,7 @@ TEST(ClearStarts, PlacesThatTheSceneGivesAreReportedAndKept) {
   const Model model = build(R"("bodies": [
     {"name": "ground", "shape": "plane", "material": "m", "role": "static"},
     {"name": "crate", "shape": "box", "material": "m", "position": [0, 0.5, 0]},
-    {"name": "sunk", "shape": "box", "material": "m", "position": [5, 0.3, 0]}],
+    {"name": "deep", "shape": "box", "material": "m", "position": [5, 0.3, 0]}],
     "emitters": [{"name": "g", "type": "grid", "shape": "ball", "material": "m",
       "centre": [0.55, 0.5, 0], "count": [1, 1, 1], "spacing": [1, 1, 1]}])");
   EXPECT_EQ(model.starts_moved, 0u);
@@ -109,7 +109,7 @@ TEST(ClearStarts, PlacesThatTheSceneGivesAreReportedAndKept) {
   EXPECT_NEAR(model.start_overlaps[1].depth_m, 0.05, 1e-9);
   EXPECT_EQ(model.bodies[3].pose.position, Vec3(0.55, 0.5, 0));
   EXPECT_THAT(describe_start_overlaps(model),
-              ElementsAre(HasSubstr("'ground' and 'sunk' by 0.2 m"),
+              ElementsAre(HasSubstr("'ground' and 'deep' by 0.2 m"),
                           HasSubstr("'crate' and 'g/0' by 0.05 m")));
 }
 

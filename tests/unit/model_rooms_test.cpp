@@ -11,7 +11,7 @@ TEST(Rooms, AreThoseInWhichBodiesBegin) {
   EXPECT_NE(Room({1, 1, 1}).model.shapes[0].collision_report.find("a room"), std::string::npos);
   EXPECT_FALSE(Room({1, 1, 1}, true).is_open()) << "it is touched from inside as it is";
   EXPECT_FALSE(Room({1, 3.2, 1}).is_open()) << "on it";
-  EXPECT_FALSE(Room({1, 2.95, 1}).is_open()) << "sunk into it";
+  EXPECT_FALSE(Room({1, 2.95, 1}).is_open()) << "embedded in it";
   EXPECT_FALSE(Room({1, 6, 1}).is_open());
 }
 

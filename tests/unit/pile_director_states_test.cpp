@@ -85,7 +85,7 @@ TEST(PileSleep, TheScoreAgainstTauPutsWhatCreepsToSleep) {
   }
 }
 
-TEST(PileSleep, WhatIsSunkOrHasNoSupportDoesNotSleep) {
+TEST(PileSleep, PenetratingAndUnsupportedBodiesDoNotSleep) {
   const Boxes boxes({{0, 0.1, 0}, {1, 0.1, 0}, {0, 0.6, 1}});
   ConstructedWorld world(boxes);
   world.rest(1, 0, kEdge / 2);

@@ -162,7 +162,7 @@ TEST(Guide, WhatComesAtASixthOfItsFallIsAHit) {
   EXPECT_GT(simulator.frames().back().counts.knocked_loose, 0);
 }
 
-TEST(Guide, WhatIsSunkByThreePerCentOfARadiusComesApartFirst) {
+TEST(Guide, BodiesThatPenetrateByThreePerCentOfARadiusSeparateFirst) {
   const auto held = [](double share) {
     Column column(2);
     column.model.bodies[2].pose.position.y() -= share * 0.1 * std::sqrt(3);

@@ -235,7 +235,7 @@ TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
                 forces, [](const PairLine& line) { return !std::isfinite(line.until_s); }),
             3)
       << "two of the shelf and one of the ground";
-  EXPECT_EQ(simulator.frames().back().counts.glue, 2) << "nothing is glued anew";
+  EXPECT_EQ(simulator.frames().back().counts.glue, 2) << "nothing is glued again";
   run(simulator, 20);
   EXPECT_LT(simulator.frames().back().counts.glue, 2);
   EXPECT_FALSE(simulator.glue_left().has_value())

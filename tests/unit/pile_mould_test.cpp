@@ -210,7 +210,7 @@ bool are_alike(const Model& one, const Model& other) {
   });
 }
 
-TEST(Mould, AFillingThatNoGlueHoldsIsMadeAnewOtherwise) {
+TEST(Mould, AFillingThatNoGlueHoldsIsReplaced) {
   const Refilled first(1), second(2), again(2), third(3), none(9);
   EXPECT_EQ(first.filling.tries, 1);
   EXPECT_EQ(second.filling.tries, 2);
@@ -299,9 +299,9 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
   constexpr double kTouching = 1e-3;
   // By less than a cell, and by more.
   for (const double low : {-0.003, -0.01, -0.15}) {
-    const Standing sunk(low, nothing);
-    EXPECT_LT(sunk.deepest(), kTouching) << low;
-    EXPECT_GT(sunk.filling.kept, 40) << low;
+    const Standing embedded(low, nothing);
+    EXPECT_LT(embedded.deepest(), kTouching) << low;
+    EXPECT_GT(embedded.filling.kept, 40) << low;
   }
   const Standing with_a_block(0, [](SmallModel& world, uint32_t stone) {
     world.body(world.box({0.2, 0.3, 0.9}), stone, {0.1, 0.15, 0}, Role::fixed).pose.orientation =
@@ -386,7 +386,7 @@ uint32_t jack(SmallModel& world) {
   return rod;
 }
 
-TEST(Mould, WhatIsStuckInAnotherIsTakenOut) {
+TEST(Mould, APenetratingBodyIsRemoved) {
   SmallModel world;
   world.scene.guide.emplace().hold = HoldKind::freeze;
   const uint32_t wood = world.material(0, 0.5), shape = jack(world);

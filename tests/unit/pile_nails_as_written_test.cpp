@@ -113,7 +113,7 @@ struct Column : SmallModel {
 
 // "Delete all constraints", then one nail for each pair, at a random contact: each cycle has 20
 // steps.
-TEST(NailsAsWritten, EachCycleDrivesThemInAnew) {
+TEST(NailsAsWritten, EachCycleDrivesNewOnes) {
   Column column(1);
   GuidedSimulator simulator(column.scene, column.model);
   for (int frame = 0; frame < 100; ++frame) simulator.step_frame();

@@ -114,7 +114,7 @@ TEST(Picture, IsTheSameFarFromTheOrigin) {
 }
 
 // A pile at rest is drawn once; any change is drawn again, whatever was drawn before.
-TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
+TEST(SceneRenderer, DrawsAgainIfAnythingDiffers) {
   const DrawnScene first = red_sphere(true);
   const CameraKey camera = test::front_camera({0, 0.5, 0}, 4);
   const RenderSettings settings{.size = {48, 32}};

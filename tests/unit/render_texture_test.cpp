@@ -108,7 +108,7 @@ Pictures draw(const DrawnScene& scene, const CameraKey& camera, std::array<int, 
 
 TEST(TexturesOfBothRenderers, ShowTheTexelThatIsThere) {
   const Pictures once = draw(scene_of(square(four_colours(4), 1)), camera_at(3), {64, 64});
-  const Pictures thrice = draw(scene_of(square(four_colours(4), 3)), camera_at(3), {96, 96});
+  const Pictures tiled = draw(scene_of(square(four_colours(4), 3)), camera_at(3), {96, 96});
   for (const bool by_rays : {true, false}) {
     SCOPED_TRACE(by_rays);
     const Image& image = by_rays ? once.rays : once.raster;
@@ -117,7 +117,7 @@ TEST(TexturesOfBothRenderers, ShowTheTexelThatIsThere) {
     EXPECT_TRUE(is(test::pixel(image, 22, 42), kBlue));
     EXPECT_TRUE(is(test::pixel(image, 42, 42), kYellow));
     // 20 pixels each: the texture starts again.
-    const Image& repeated = by_rays ? thrice.rays : thrice.raster;
+    const Image& repeated = by_rays ? tiled.rays : tiled.raster;
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         EXPECT_TRUE(is(test::pixel(repeated, 23 + 20 * i, 23 + 20 * j), kRed)) << i << j;

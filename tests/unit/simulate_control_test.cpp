@@ -378,7 +378,7 @@ TEST(ImpulseControl, ATurningNailDrivesNothing) {
 }
 
 // By the impulse of the whole step, which an impact transmits at its start.
-TEST(ImpulseControl, ABlowBreaksANailThatItIsStrongerThan) {
+TEST(ImpulseControl, AnImpactBreaksAWeakerNail) {
   for (const double share : {0.5, 2.0}) {
     Balls balls;
     balls.model.bodies[1].pose.position = {0, 1, 0};

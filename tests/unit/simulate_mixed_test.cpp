@@ -321,7 +321,7 @@ TEST_F(Mixed, EachPieceOfAMustImpulseBodyHasItsOwnBox) {
   EXPECT_TRUE(is_near(2));
 }
 
-TEST_F(Mixed, SpheresThatAreSunkComeApartNearMustImpulseBodiesToo) {
+TEST_F(Mixed, PenetratingSpheresSeparateNearMustImpulseBodiesToo) {
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   add("cube", {0, kSide / 2, 0}, kSphere);
   add("cube", {kSide, kSide / 2, 0}, kSphere);
@@ -347,7 +347,7 @@ TEST_F(Mixed, ASphereWakesASleeperThatIsNear) {
   EXPECT_GT(states().position[1].x(), 0.02);
 }
 
-TEST_F(Mixed, SleepersFeelABlowOnWhatLeansOnThem) {
+TEST_F(Mixed, SleepersFeelAnImpactOnBodiesThatLeanOnThem) {
   // It arrives within a step, after spheres have found their contacts.
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
   add("cube", {-0.5, kSide / 2, 0}, kExact).linear_velocity = {6, 0, 0};

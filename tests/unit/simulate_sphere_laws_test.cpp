@@ -43,7 +43,7 @@ class SphereLaws : public test::SceneRun {
     return scene_.bodies.back();
   }
   bool sleeps(uint32_t body) const { return (states().flags[body] & kAsleep) != 0; }
-  // Of two balls, in radii: as spheres they are a thousandth smaller, by their meshes' hulls.
+  // Depth of two balls, in radii: as spheres they are a thousandth smaller, by their meshes' hulls.
   double depth() const {
     return 2 * 0.999 - (states().position[1] - states().position[0]).norm() / radius_m_;
   }
@@ -65,7 +65,7 @@ TEST_F(SphereLaws, WhatLiesStillSleepsAfterThreeOfItsTimes) {
   }
 }
 
-TEST_F(SphereLaws, SunkSpheresComeUpInAThirdOfTheirTime) {
+TEST_F(SphereLaws, PenetratingSpheresSeparateInAThirdOfTheirTime) {
   for (const double radius_m : {0.01, 0.1, 1.0}) {
     SCOPED_TRACE(radius_m);
     scene_.bodies.clear();
@@ -91,7 +91,7 @@ TEST_F(SphereLaws, WithoutGravityTheyComeUpInAThirdOfATenthOfASecond) {
   EXPECT_NEAR(depth() / before, std::exp(-1), 0.1);
 }
 
-TEST_F(SphereLaws, SunkSpheresStopHalfAPercentOfTheRadiusDeep) {
+TEST_F(SphereLaws, PenetratingSpheresStopHalfAPercentOfTheRadiusDeep) {
   add("ball", {-0.9, 0, 0});
   add("ball", {0.9, 0, 0});
   start();

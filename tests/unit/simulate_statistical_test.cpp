@@ -211,7 +211,7 @@ TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
 }
 
 // By as much as its signature says, and before the heap is at rest.
-TEST_F(Statistical, BlowsTurnPlatesLevel) {
+TEST_F(Statistical, ImpactsTurnPlatesLevel) {
   const auto mean_tilt = [&](double turning) {
     change_packing("plate", [&](Packing& packing) { packing.turning = turning; });
     start();

@@ -106,7 +106,7 @@ TEST_F(Structure, AHitIsPassedOnThroughAStructureInTheSameStep) {
   for (const Vec3& velocity : states().linear_velocity) EXPECT_NEAR(velocity.x(), 0.5, 0.05);
 }
 
-TEST_F(Structure, ABlowOfAMustImpulseBodyWakesAllThatItCanMove) {
+TEST_F(Structure, AMustImpulseBodyWakesAllThatItsImpactCanMove) {
   // More than the cube that it hits could move: sleeping bodies would act as a wall.
   scene_.gravity = {0, -100, 0};
   scene_.materials["stuff"].restitution = 0;

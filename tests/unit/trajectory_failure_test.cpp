@@ -83,7 +83,7 @@ TEST(TrajectoryFailure, UnwritableDirectoryIsAnIoError) {
 }
 
 // Otherwise a run would continue in a store that has lost its earlier frames.
-TEST(TrajectoryFailure, WhatWasRemovedIsNotMadeAnewByHalf) {
+TEST(TrajectoryFailure, ARemovedStoreIsNotHalfRemade) {
   const test::ScratchDirectory directory;
   const fs::path gone = directory / "gone";
   const auto group = [&] { create_zarr_group(gone / "shapes"); };

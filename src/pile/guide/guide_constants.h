@@ -20,7 +20,7 @@ namespace pilesim::guide_constants {
 
 // A body is not fixed while its penetration exceeds this share of either radius: initial overlaps
 // separate first. It is no share of the thickness, because edges of cards penetrate cards. half,
-// twice: Guide.WhatIsSunkByThreePerCentOfARadiusComesApartFirst
+// twice: Guide.BodiesThatPenetrateByThreePerCentOfARadiusSeparateFirst
 inline constexpr double kMostOverlap = 0.03;
 
 // The start ends after this many control periods, whatever still overlaps. half, twice: none (0:

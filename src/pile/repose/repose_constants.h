@@ -72,7 +72,7 @@ inline constexpr uint8_t kSlowDecisions = 3;
 // half, twice: none
 inline constexpr uint8_t kStillDecisions = 20;  // after which nothing can move the body any more
 // half: none; twice: PileSleep.WhatIsPressedIntoASleeperWakesIt,
-// PileSleep.WhatIsSunkOrHasNoSupportDoesNotSleep,
+// PileSleep.PenetratingAndUnsupportedBodiesDoNotSleep,
 // PileWaking.AStillBodyIsLeftItsGraceAndThenSleepsAgain
 inline constexpr double kPenetratingShare = 0.04;  // of the smallest extent: too deep to sleep
 

@@ -80,9 +80,9 @@ void MixedFigures::count_frame(const BodyStates& states,
 void MixedFigures::count_switch(const BodyMotion& before, const BodyMotion& after) {
   const double dt = scene_.actual_step_s();
   const Vec3 mean = (before.linear_velocity + after.linear_velocity) / 2;
-  const double blow = (after.linear_velocity - before.linear_velocity).norm();
+  const double change = (after.linear_velocity - before.linear_velocity).norm();
   const double apart_m = (after.position - before.position - dt * mean).norm();
-  const double place_m = std::max(0.0, apart_m - dt * blow / 2);
+  const double place_m = std::max(0.0, apart_m - dt * change / 2);
   const double speed =
       (after.linear_velocity - before.linear_velocity - dt * scene_.gravity).norm();
   ++switches_;

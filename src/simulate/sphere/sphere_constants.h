@@ -51,10 +51,10 @@ inline constexpr float kImpactFall = 1.2F;
 // --- Depth. Tried on the same heaps; the time equals that of the impulse mode.
 
 // Penetration slop, in radii: keeps contacts from flickering. half, twice:
-// SphereLaws.SunkSpheresStopHalfAPercentOfTheRadiusDeep
+// SphereLaws.PenetratingSpheresStopHalfAPercentOfTheRadiusDeep
 inline constexpr float kSlop = 0.005F;
 // Penetration falls to 1/e in this time, in sqrt(r / g). half, twice:
-// SphereLaws.SunkSpheresComeUpInAThirdOfTheirTime
+// SphereLaws.PenetratingSpheresSeparateInAThirdOfTheirTime
 inline constexpr float kPositionTime = 0.3F;
 // The same without gravity, in s. kPositionSweeps is the number of sweeps. half, twice:
 // SphereLaws.WithoutGravityTheyComeUpInAThirdOfATenthOfASecond

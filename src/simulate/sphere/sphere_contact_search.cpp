@@ -59,7 +59,8 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
   const size_t count = step.body.size();
   for (auto* places : {&step.kind, &step.last_touch, &step.kept_of}) places->resize(count);
   step.faced.assign(count, 0);
-  for (auto* pushes : {&step.surface_push, &step.body_push, &step.ground_push, &step.blow}) {
+  for (auto* pushes :
+       {&step.surface_push, &step.body_push, &step.ground_push, &step.collision_change}) {
     pushes->assign(count, 0.0F);
   }
   step.surface_normal.assign(count, Vec3f::UnitY());

@@ -135,10 +135,11 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   // before it sleeps, so that overlaps from turning can separate.
   const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
   const float load = (surface_push + body_push) / weight;
-  if (controlled && !bears && !is_late && (step.blow[p] > 0 || load > 0.5F)) {
+  if (controlled && !bears && !is_late && (step.collision_change[p] > 0 || load > 0.5F)) {
     const float at_rest = load > 0.5F ? gravity * dt / scale : 0;
-    const float blow = std::min(step.blow[p] / scale, kHardImpact) / (1 + kHeld * load);
-    float turning = kind.object->turning * (blow + kTurningAtRest * at_rest);
+    const float impact =
+        std::min(step.collision_change[p] / scale, kHardImpact) / (1 + kHeld * load);
+    float turning = kind.object->turning * (impact + kTurningAtRest * at_rest);
     if (rides) turning = kTurnRate * at_rest;
     if (leans) turning = kind.object->leaning * at_rest;
     turn_towards(targets[choose_rest_target(targets, body.orientation, up)].up, up,
@@ -156,7 +157,7 @@ void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) co
   if (gravity == 0) return;
   const float dt = model_.settings.step_s;
   const float weight = kind.mass_kg * gravity * dt;
-  const bool touched = step.surface_push[p] + step.body_push[p] + step.blow[p] > 0;
+  const bool touched = step.surface_push[p] + step.body_push[p] + step.collision_change[p] > 0;
   const bool posed =
       !model_.settings.rest_control || body.block || !touched || control_rest(step, p, body);
   const float rest_speed = model_.rest_speed(kind);

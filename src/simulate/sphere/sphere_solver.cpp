@@ -49,7 +49,7 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
       return;
     }
     if ((impact.other & kSurface) == 0) {
-      step.blow[row] += (moved.velocity - step.motion[row].velocity).norm();
+      step.collision_change[row] += (moved.velocity - step.motion[row].velocity).norm();
     }
     // It moves as before until the two touch.
     step.shift[row].way += share_s * (step.motion[row].velocity - moved.velocity);

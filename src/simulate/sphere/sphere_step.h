@@ -109,7 +109,8 @@ struct SphereStep {
   // all else.
   std::vector<float> surface_push, body_push;
   std::vector<float> ground_push;  // N s, the part of `body_push` from moving ground
-  std::vector<float> blow;  // m/s, change of its velocity by a sampled collision with another body
+  std::vector<float>
+      collision_change;  // m/s, change of its velocity by a sampled collision with another body
   std::vector<Vec3f> surface_normal;
   std::vector<KeptImpulse> kept;  // by touch, over all batches
   std::vector<uint8_t> faced;     // by place: has face contact
