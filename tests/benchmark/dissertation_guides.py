@@ -10,7 +10,7 @@ import argparse
 
 from guide_table import GIVEN, GROWN, LEFT_ALONE, collapse, row, run
 
-# What a preset sets for pilesim's own method goes back to its default.
+# Keys of a preset for pilesim's own method return to their defaults.
 AS_WRITTEN = ["/guide/hold=nail", "/guide/neighbours=true",
               "/guide/least_normal_up=-0.5", "/guide/break_speed=0.3"]
 WAYS = {

@@ -87,7 +87,7 @@ RUNS = {
 
 
 def compare(kept, counted):
-    """Of counts by name: what is wrong, a line each, and those to keep from now on."""
+    """Errors in counts by name, one line each, and the counts to keep from now on."""
     faults, kept_now = [], dict(kept)
     for name, count in counted.items():
         before = kept.get(name)

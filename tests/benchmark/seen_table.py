@@ -29,7 +29,7 @@ VIDEOS = {"rabbits": ["impulse_decomposition_1_240", "impulse_spheres7_1_240", "
 
 
 def seen(pilesim, run, out):
-    """Of each frame the moving body that each pixel shows, 0 for none."""
+    """For each frame the moving body that each pixel shows, 0 for none."""
     if not (out / "passes").exists():
         subprocess.run([pilesim, "render", run, "-o", out, "--size", SIZE, "--frames", FRAMES, "--samples", "1",
                         "--passes", "ids", "--no-video", "--quiet", "--threads", "1"], check=True)
@@ -38,7 +38,7 @@ def seen(pilesim, run, out):
     pictures = []
     for file in sorted(out.glob("passes/ids.*.png")):
         rows = read_png(file)[2]
-        # What an emitter has made has a slash in its name.
+        # Bodies of emitters have a slash in their names.
         pictures.append([body if body and "/" in names[body - 1] else 0 for row in rows for body in row])
     return pictures
 

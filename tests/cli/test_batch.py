@@ -215,7 +215,7 @@ class CollectionTest(CommandTest):
         self.batch("whole", "-q")
         for i in (1, 0):
             self.batch("out", "-q", "--shard", f"{i}/2")
-        # What a killed collection may leave: less, and what is not whole.
+        # A killed collection may leave fewer files, and incomplete ones.
         self.batch("out", "--collect", "-q")
         whole = times_left_out(self.dir / "whole")
         self.assertEqual(times_left_out(self.dir / "out"), whole)
@@ -290,7 +290,7 @@ class CollectionTest(CommandTest):
         self.assertIn("3 of 3 jobs done", self.batch("out"))
         self.batch("out", "--collect")
         self.assertEqual(tree_bytes(self.dir / "out/tar"), before)
-        # What cannot be packed again says so.
+        # A job that cannot be packed again says so.
         (self.dir / "out/tar/000000.tar").unlink()
         again = self.expect_exit(3, "batch", "plan.json", "-o", "out")
         self.assertIn("was packed into a tar file and dropped", again.stderr)
@@ -318,7 +318,7 @@ class CollectionTest(CommandTest):
 
 
 class OtherCommandsTest(CommandTest):
-    """What is no simulation through the same path."""
+    """Steps other than simulations take the same path."""
 
     def batch(self, plan):
         (self.dir / "plan.json").write_text(json.dumps({"version": 1} | plan))

@@ -1,4 +1,4 @@
-"""The add-on for Blender reads the Zarr store as python3-zarr does. What it builds there is seen by hand: tests/external."""
+"""The add-on for Blender reads the Zarr store as python3-zarr does. Its scenes are checked by hand: tests/external."""
 
 import json
 import sys

@@ -143,7 +143,7 @@ class Compare(CommandTest):
         second = tree_bytes(runs)
         same = [name for name in first if first[name] == second[name] and name.endswith("report.json")]
         self.assertEqual(len(same), 5)  # of 6
-        # What was simulated is no longer what is asked for.
+        # The finished runs no longer match the request.
         self.compare("--modes", "impulse", "--resume", "--set", "/gravity=[0,-5,0]")
         third = tree_bytes(runs)
         self.assertFalse(any(second[n] == third[n] for n in second if n.endswith("report.json")))

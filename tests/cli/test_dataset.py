@@ -237,7 +237,7 @@ class Dataset(CommandTest):
         self.check_owners(camera, depth, owner, solids)
 
     def check_owners(self, camera, depth, owner, solids):
-        """Who is nearest, of the bodies and of the ground, whose place in the camera follows too."""
+        """The nearest of the bodies and the ground, whose position in the camera follows as well."""
         rotation, translation, k = camera["cam_R_w2c"], camera["cam_t_w2c"], camera["cam_K"]
         up = [rotation[1], rotation[4], rotation[7]]
         offset = sum(u * t for u, t in zip(up, translation))

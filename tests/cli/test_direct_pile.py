@@ -40,7 +40,7 @@ class Guides(CommandTest):
         self.assertIn("guide: filled upside down; 12 of 12 bodies lie inside", result.stdout)
         figures = json.loads((self.dir / "out/report.json").read_text())["piles"]["guide"]
         self.assertEqual((figures["filling"]["dropped"], figures["filling"]["kept"]), (12, 12))
-        # Of 12 bodies each leaves or stays as chance has it: .89 +- .1 inside over twelve seeds.
+        # Each of the 12 bodies leaves or stays by chance: .89 +- .1 inside over twelve seeds.
         inside = [figures["bodies_inside"]]
         for seed in ("2", "3", "4"):
             self.succeed("direct-pile", self.filled(), "-o", seed, "--seed", seed)

@@ -41,7 +41,7 @@ class Case:
 
 
 def read_cases():
-    """What stands above the first case, and the cases."""
+    """The text above the first case, and the cases."""
     head, *blocks = CASES.read_text().split("\n\n== ")
     return head, [Case(block.rstrip("\n")) for block in blocks]
 

@@ -76,7 +76,7 @@ def matrix(q):
 
 
 def inertia(vertices, triangles):
-    """Of unit density about the origin."""
+    """Inertia for unit density about the origin."""
     corners = vertices[triangles]
     volumes = numpy.linalg.det(corners) / 6
     total = corners.sum(1)
@@ -192,7 +192,7 @@ class Colours(CommandTest):
 
         expected = pixels.tolist(), sorted([[0.25, 0.25], [3, 0.5], [0, 2]])
         self.assertEqual(textured_corners("run"), expected)
-        # What comes out is a mesh like the one that went in.
+        # The exported mesh equals the original one.
         for name in ("run.glb", "run.gltf"):
             self.succeed("export", "run", "--frames", "0", "--only", "leaning wedge", "--as", "objects",
                          "--no-camera", "-o", name)
@@ -219,7 +219,7 @@ class Colours(CommandTest):
                 self.assertEqual(picture[-8:-4], b"IEND")  # and its checksum: nothing follows
                 yield len(picture)
 
-        # Of many sizes, since a length may be a whole number of words by chance.
+        # Many sizes, since a length may be a whole number of words by chance.
         noise = numpy.random.default_rng(7)
         (self.dir / "t.mtl").write_text("".join(f"newmtl t{i}\nmap_Kd {i}.png\n" for i in range(4)))
         for i in range(4):
@@ -679,7 +679,7 @@ class Exported(CommandTest):
             for name, prim in part.items():
                 self.assertEqual(re.findall(r"(\S+)\.timeSamples", prim), declared[name])
         for kind, name, prim in prims:
-            # What the scene itself says of a value is stronger than a clip.
+            # A value in the scene itself overrides a clip.
             for attribute in declared.get(name, []):
                 self.assertRegex(prim, rf"(?m)^        [^=]* {attribute}$")
         return [(kind, name, [prim, *(part[name] for part in parts if name in part)]) for kind, name, prim in prims], starts
@@ -826,7 +826,7 @@ class Exported(CommandTest):
         text = self.export("many.py", "--as", "instances").read_text()
         self.assertIn('DATA, FORM = "many.npz", "instances"\n', text)
 
-    # What is chosen, printed and refused
+    # Choices, output and rejected requests
 
     def test_chosen_frames_keep_their_times(self):
         frames = numpy.load(self.export("a.npz", "--frames", "3-14x2", "--every", "3"))["frame"]

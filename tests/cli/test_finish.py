@@ -66,7 +66,7 @@ class FinishTest(CommandTest):
         self.assertLess(report["finish"]["deepest_after_diameters"], 0.02)
         self.assertGreater(report["finish"]["largest_extra_speed_m_s"], 0)
         self.succeed("render", "sound", "--sheet", "2x1")
-        # What comes of it is a run like any other.
+        # The result is a run like any other.
         self.succeed("finish", "sound", "-o", "again", "--fail-on", GATES)
         self.assertLess(self.report("again")["finish"]["largest_moved_diameters"], 0.01)
         self.succeed("simulate", "scene.json", "-o", "on", "--from", "sound")
@@ -202,7 +202,7 @@ class FinishTest(CommandTest):
 
     def test_what_cannot_be_seen_is_left(self):
         def deep(scene):
-            # What all but fills its ball: few of them are a deep pile.
+            # A shape that almost fills its bounding sphere: few of them make a deep pile.
             (self.dir / "ball.obj").write_text(icosahedron(0.1))
             scene["shapes"]["box"] = {"type": "mesh", "file": "ball.obj"}
             scene["emitters"][0].update(centre=[0, 0.37, 0], count=[21, 5, 21],
@@ -222,7 +222,7 @@ class FinishTest(CommandTest):
             [line.rsplit(",", 1)[0] for line in (self.dir / name).read_text().splitlines()[2:]]
             for name in ("out.csv", "sound.csv")
         )
-        # What others did not get out of has given way.
+        # Bodies that others could not get out of have given way.
         unmoved = sum(one == other for one, other in zip(before, after, strict=True))
         self.assertGreater(unmoved, figures["left_as_they_were"] / 2)
         # The scene may ask for it, too. The energy at its end is that of all bodies.

@@ -1,4 +1,4 @@
-"""Pages that take their reader by the hand: every command on them runs, one after the other, in one directory. Of others the commands
+"""Pages that take their reader by the hand: every command on them runs, one after the other, in one directory. On other pages the commands
 that do not take long run, beside a small run of the names that the pages give.
 
 A block of ```sh is run line by line, as a shell does. A block of ```json or ```python is written to the file that the
@@ -111,7 +111,7 @@ class Pages(CommandTest):
         ])
         self.assertIn("wrapped with cells of", printed)
         self.assertRegex(printed, r"mug: 0\.11\d x 0\.09 x 0\.082 m, 3 bodies")
-        # What the page has is the preset.
+        # The page shows the preset.
         (scene,) = [text for _, language, text in blocks("tutorial_artist.md") if language == "json"]
         preset = (SOURCE / "presets/artist/things_on_a_table.json").read_text()
         self.assertEqual(json.loads(scene), json.loads(preset))

@@ -23,7 +23,7 @@ def results(directory):
 
 
 def figures(directory):
-    """Of the report: what does not depend on times."""
+    """The parts of the report that do not depend on times."""
     report = json.loads((Path(directory) / "report.json").read_text())
     return report["quality_at_end"], report["quality_of_run"], report["interrupted"], report["scene"]
 
@@ -172,7 +172,7 @@ class From(CommandTest):
         )
         for name in ("position", "orientation"):
             self.assertEqual(first[name][-1].tolist(), second[name][0].tolist())
-        # What lies stays.
+        # Resting bodies stay.
         moved = abs(second["position"][-1] - second["position"][0]).max()
         self.assertLess(moved, 0.002)
 

@@ -257,7 +257,7 @@ class AtTheSameTime(CommandTest):
             result = self.expect_exit(2, "simulate", scene, "-o", "out", "-q", option)
             self.assertIn("is being written by another pilesim", result.stderr)
         self.assertEqual(tree_bytes(self.dir / "out"), before)
-        # Who reads it has what is whole.
+        # Readers get a complete file.
         self.succeed("export", "out", "-o", "poses.csv", "-q")
         self.succeed("view", "out", "-o", "view.html", "-q")
         process.kill()

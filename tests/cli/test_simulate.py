@@ -17,7 +17,7 @@ import zarr
 from support import HANGING, PILESIM, SOURCE, CommandTest, endless, tree_bytes
 
 
-# What sample-signature measures with where it is not told otherwise.
+# Default material of sample-signature.
 MATERIAL_OF_SIGNATURES = {"restitution": 0.3, "friction": 0.5}
 
 
@@ -100,7 +100,7 @@ class Output(CommandTest):
         scene_hash = reports[0]["scene"]["hash"]
         self.assertEqual(json.loads(trees[0][".zattrs"])["scene_hash"], scene_hash)
 
-        # What the files hold counts, and not what they are called.
+        # The content of the files counts, not their names.
         (second / "meshes/box.obj").rename(second / "cube.obj")
         text = (second / "scene.json").read_text()
         text = text.replace("meshes/../meshes/box.obj", "cube.obj").replace("meshes/box.obj", "cube.obj")

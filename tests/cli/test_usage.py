@@ -122,7 +122,7 @@ class Usage(CommandTest):
             self.assertIn(arguments[-2], self.expect_exit(2, *arguments).stderr)
 
     def test_places_for_results_that_are_none(self):
-        """Of each command that writes, before it reads anything."""
+        """For each command that writes, before it reads anything."""
         (self.dir / "file").write_text("mine")
         long = "x" * 300
         for place, code, why in (

@@ -141,7 +141,7 @@ class View(CommandTest):
         for body, number in enumerate(page.id):
             deep = 0.06 / diameter if page.names[body].startswith("boxes") else 0
             self.assertLess(abs(page.depth[body, :10] - deep).max(), 1e-4, page.names[body])
-        # Of others only what is shown, at the frames that are shown.
+        # For the others only shown bodies, at the shown frames.
         self.assertEqual(self.page("--overlaps", "--frames", "4-12x2", "--only", "falls").depth.tolist(), [[0] * 5])
         self.assertEqual(self.page().depth.size, 0)
 
@@ -162,7 +162,7 @@ class View(CommandTest):
             self.assertEqual(arm, pair["arm"])
             self.assertAlmostEqual(begins, 30 * pair["from_s"], 3)
             self.assertAlmostEqual(ends or -1, 30 * pair.get("until_s", -1 / 30), 3)
-        # Of a page that begins later, in its own frames.
+        # For a page that begins later, in its own frames.
         later = self.page("--frames", "2-9x2").signs["glue"]
         self.assertEqual(later[0][5], 0)
         if CHROMIUM:

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MOST_LINES = 6500  # of a unit: clang's memory grows with them
 MOST_LINES_OF_RECENT = 1200  # some half a minute
 RECENT_COMMITS = 40
-# What names something at the start of a line (the tree is formatted): an alias, a type, a function, a
+# A definition at the start of a line (the tree is formatted): an alias, a type, a function, a
 # constant.
 NAMED = re.compile(
     r"(?P<alias>(?:using|namespace) (?P<a>\w+) =.*)"
@@ -53,7 +53,7 @@ class Source:
 
 
 def flags_of(entry):
-    """What clang needs of the compiler's command: where headers are, and definitions."""
+    """The part of the compiler's command that clang needs: include paths and definitions."""
     words = shlex.split(entry["command"])
     i = 0
     while i < len(words):
@@ -71,7 +71,7 @@ def kind_of(named):
 
 
 def names_of(text):
-    """What must not meet in a unit, of unnamed namespaces and the like: name -> (kind, line)."""
+    """Names of unnamed namespaces and the like, which must be unique in a unit: name -> (kind, line)."""
     names = {name: ("", "") for name in re.findall(r"^#define (\w+)", text, re.M)}
     inside = False
     for line in text.split("\n"):

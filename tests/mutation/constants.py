@@ -70,7 +70,7 @@ def constants_of(tree, file):
 def make_tunable(tree, file, names):
     def replace(match):
         if match["name"] not in names:
-            # What is computed from them cannot be constexpr either.
+            # Values computed from them cannot be constexpr either.
             computed = names & set(re.findall(r"\bk\w+", match["value"]))
             return match[0].replace("constexpr", "const") if computed else match[0]
         local = "static " if match["indent"] else ""  # in a function: once

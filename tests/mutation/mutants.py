@@ -108,7 +108,7 @@ def mutants_of(root, file):
     lines = source.split("\n")
     for number, line in enumerate(plain):
         for column, before, after in mutants_of_line(line.rstrip()):
-            # What a condition or statement says of text is kept.
+            # Text in a condition or statement is kept.
             whole = lines[number][column:column + len(before)]
             if whole != before:
                 after = after.replace(before, whole)

@@ -76,7 +76,7 @@ class Bench:
         shutil.copytree(self.kept(name), self.place, symlinks=True, dirs_exist_ok=True)
 
     def starts(self):
-        """What a directory can be like before the command."""
+        """Possible states of a directory before the command."""
         return ["prepared", "earlier"] if self.case.earlier else ["prepared"]
 
     def start(self, command=None, variables=None, **options):

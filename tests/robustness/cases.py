@@ -19,7 +19,7 @@ PILESIM = str(Path(support.PILESIM).resolve())
 SOURCE = support.SOURCE.resolve()
 
 QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy", "--pours", "0"]
-# What belongs to the user: in the way of everything that is replaced, and never to be touched.
+# Files of the user, in the way of everything that is replaced; they must never be changed.
 OWN_FILES = {
     "out/notes.txt": "years of work",
     "out/frames/frame.cover.png": "mine",
@@ -42,7 +42,7 @@ class Case:
 
 
 def environment(place, gnuplot=False):
-    """Of pilesim: a cache of the case's own; without gnuplot, whose absence costs charts only."""
+    """Environment of pilesim: a cache of the case's own; without gnuplot, whose absence costs charts only."""
     tools = place.parent / "tools"
     tools.mkdir(exist_ok=True)
     if not (tools / "ffmpeg").exists() and shutil.which("ffmpeg"):

@@ -85,7 +85,7 @@ def check_volatile(name, data, killed=False):
         require(text == "" or text.endswith("\n"), name, "ends within a row")
         require(all(len(row) == len(rows[0]) for row in rows), name, "has a cut row")
         numbers = [int(row[0]) for row in rows[1:]]
-        # Of frames, one after another; of jobs, those that were tried.
+        # For frames, one after another; for jobs, those that were tried.
         whole = numbers == list(range(len(numbers))) if "timing" in name else numbers == sorted({*numbers})
         require(whole, name, "rows")
     elif not name.endswith("log.txt"):
@@ -137,7 +137,7 @@ class Trajectory:
 
 
 class Reference:
-    """What a run that nothing disturbed leaves."""
+    """The output of an undisturbed run."""
 
     def __init__(self, place):
         self.files = tree(place)

@@ -41,7 +41,7 @@ class SignalTest(CommandTest):
         return process
 
     def rows(self, file):
-        """Of timing.csv, without the header."""
+        """Rows of timing.csv, without the header."""
         return file.read_text().count("\n") - 1 if file.exists() else 0
 
     def end_of(self, process):

@@ -20,12 +20,12 @@ def works(command):
     return subprocess.run([*command, "true"], capture_output=True, check=False).returncode == 0
 
 
-# What lets mount; none where nothing does.
+# Flags that allow mounting; none if nothing does.
 NAMESPACES = next(
     (flags for flags in (["--mount"], ["--map-root-user", "--mount"]) if works(["unshare", *flags])),
     [],
 )
-# What makes of root, who may do anything to files, a user like others.
+# The command that runs as an ordinary user, since root may do anything to files.
 POWERLESS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
 QUICK = ("--trials", "4", "--exemplars", "2", "--no-accuracy")
 
@@ -70,7 +70,7 @@ class Streams(CommandTest):
         """The next file to be opened would get their numbers."""
         self.write_scene()
         self.shell('"$P" simulate scene.json -o open')
-        # What cannot be printed is an error; what cannot be complained of is not.
+        # Output that cannot be printed is an error; messages that cannot be printed are not.
         for name, closing, code in (("a", "2>&-", 0), ("b", "<&- >&- 2>&-", 4)):
             line = f'"$P" simulate scene.json -o {name} --progress json {closing}'
             self.assertEqual(self.shell(line).returncode, code)
@@ -153,7 +153,7 @@ class Places(CommandTest):
 
     @unittest.skipUnless(works(POWERLESS), "root cannot be without its power over permissions")
     def test_a_directory_that_becomes_read_only_under_the_run(self):
-        """What was written until then stays, whole."""
+        """Output written until then stays, complete."""
         process = self.start_long_run(*POWERLESS)
         store = self.dir / "out/trajectory.zarr"
         # The shape is what is written last of a frame.
