@@ -234,5 +234,45 @@ class Language(unittest.TestCase):
         self.assertLess(sum(len(page.read_text().split()) for page in SOURCE.glob("docs/lab/*.md")), 12_000)
 
 
+class CodeLanguage(unittest.TestCase):
+    """The language of comments (CONTRIBUTING.md), in the folders that keep to it."""
+
+    FOLDERS = (
+        "src/batch", "src/export", "src/finish", "src/inspect", "src/job", "src/json", "src/packing", "src/pile", "src/report",
+        "src/signature", "src/simulate/sphere", "src/trajectory", "src/view", "tests",
+    )  # fmt: skip
+    WORDS = "anew|thrice|till|so all the same|sunk|stuck|rouse[sd]?|blows?|dozing|haste"
+
+    def comments(self, file):
+        """(line, text) of comments, those of adjacent lines in one; of a script also its docstrings."""
+        mark = "#" if file.suffix == ".py" else "//"
+        text = file.read_text()
+        found = [(text.count("\n", 0, m.start()) + 1, m[1]) for m in re.finditer(r'"""(.*?)"""', text, re.S) if mark == "#"]
+        begin, last = 0, -1
+        for number, line in enumerate(text.splitlines(), 1):
+            match = re.search(rf"(?:^|\s){mark} (.*)$", line)
+            if not match:
+                continue
+            if number == last + 1 and not line[: match.start()].strip():
+                found[-1] = begin, f"{found[-1][1]} {match[1]}"
+            else:
+                begin = number
+                found.append((begin, match[1]))
+            last = number
+        return found
+
+    def test_comments_are_in_plain_words(self):
+        files = [file for folder in self.FOLDERS for file in sorted((SOURCE / folder).rglob("*")) if file.suffix in (".cpp", ".h", ".js", ".py")]
+        self.assertGreater(len(files), 500)
+        wrong = rf"(?:^|[.!?] )(?:Of|What)\b.{{0,40}}|\b(?i:{self.WORDS})\b"
+        found = [
+            f"{file.relative_to(SOURCE)}:{line}: {match[0]}"
+            for file in files
+            for line, text in self.comments(file)
+            if (match := re.search(wrong, " ".join(text.split())))
+        ]
+        self.assertEqual(found, [])
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -1,9 +1,9 @@
-"""Pages that take their reader by the hand: every command on them runs, one after the other, in one directory. On other pages the commands
-that do not take long run, beside a small run of the names that the pages give.
+"""Tutorials: every command on them runs, one after the other, in one directory. On other pages the quick commands run, beside a small
+run with the names of the pages.
 
 A block of ```sh is run line by line, as a shell does. A block of ```json or ```python is written to the file that the
-paragraph above it names first, in backquotes, if it ends with a colon. A python block without one is run. What a page takes minutes for
-is done at a smaller size: SMALLER has what is replaced in its blocks, each of which must be there.
+paragraph above it names first, in backquotes, if it ends with a colon. A python block without one is run. Steps
+that take minutes are done at a smaller size: SMALLER has the replacements in a page's blocks, all of which must occur.
 """
 
 import copy

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Which tests notice that a tuned constant is wrong.
+"""Finds the tests that notice a wrong tuned constant.
 
     tests/mutation/constants.py src/simulate/sphere/*.h src/simulate/sphere/*.cpp
     tests/mutation/constants.py src/pile/guide/guide_constants.h --only kMoved kTouch --list
@@ -9,7 +9,7 @@ Takes every constant of the files (constexpr numbers named k...) as half and as 
 the test programs of the files' folder with each and prints the tests that fail. The program is built
 once, in a git worktree of the last commit under build/mutation, where the constants are read from
 the environment (tuned.h); --here takes this tree itself and build/release instead, and puts the
-sources back. Of hard_cases_benchmark, which is no test, the cases of presets/hard count that fail at the
+sources back. For hard_cases_benchmark, which is no test, it counts the cases of presets/hard that fail at the
 default step and pass with the constant as it is. Pinned hashes are left out: they notice every change and judge none. Results are lines
 of JSON in build/mutation/constants.jsonl; what is in there is not tried again.
 """
