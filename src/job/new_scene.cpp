@@ -230,8 +230,8 @@ TriangleMesh cone(double base_m, double top_m, double height_m) {
 
 using Values = std::map<std::string, std::string>;
 
-// Bodies start at random in a cylinder of one body's height. The rate is that at which one mouthful
-// falls by a body's diameter.
+// Bodies start at random in a cylinder of one body's height. Sets the rate: as many as fit through
+// the mouth in the time in which a body falls by its diameter.
 void set_mouth(const Measured& body, double radius, double centre, Values& values) {
   const double r = body.radius_m;
   values["radius"] = number(radius);

@@ -30,20 +30,19 @@ struct RunMeasures {
   uint64_t bodies_at_end = 0;
 };
 
-// The distributions are taken at `times` moments evenly spread to the end, of the dynamic bodies
-// that are present there:
-//   radial_distance, height   D; about the mean horizontal place of all starts
+// Distributions over the dynamic bodies present, at `times` moments spread evenly up to the end:
+//   radial_distance, height   D; about the mean horizontal position of all starts
 //   speed, spin               D/T, 1/T
 //   energy                    (D/T)^2 per unit of mass, every frame: kinetic, by the differences,
-//                             and potential above the world's origin; all bodies of one density
-//   settling_time             T; when a body last moved faster than 0.05 D/T in its centre or rim
+//                             and potential above the world's origin; equal density for all bodies
+//   settling_time             T; when a body's centre or rim last moved faster than 0.05 D/T
 //   tilt                      degrees, at the end: between the body's up and that of its nearest
-//                             rest pose on a plane that is not unlikely (5 %)
-//   pile_angle                degrees, at the end: of the upright cone of the same mean height
+//                             rest pose on a plane with a probability of at least 5 %
+//   pile_angle                degrees, at the end: of the upright cone with the same mean height
 //                             above the lowest bodies and the same mean radius
-//   packing_fraction          at the end: bodies' volume over that of the columns of width D from
-//                             the lowest body's underside to each column's highest body
-// Throws Error(input) where the trajectory has fewer than 2 frames or no dynamic body.
+//   packing_fraction          at the end: bodies' volume over that of columns of width D from the
+//                             lowest body's underside to each column's highest body
+// Throws Error(input) if the trajectory has fewer than 2 frames or no dynamic body.
 RunMeasures measure_run(TrajectoryReader& trajectory, int times);
 
 // 1 for dynamic bodies (neither fixed nor kinematic), according to the scene in the header.

@@ -45,9 +45,8 @@ struct TrajectoryShape {
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Colour> colours;  // (T) from its file, for painted bodies; or empty
   TextureMap texture_map;       // texture used instead of colours
-  // The body frame in the shape's own frame, which is that of its mesh file or primitive. A point f
-  // of the file is at scale f - centre_of_mass in the body frame; if the file's z is up, use (x, z,
-  // -y) of f.
+  // From the shape's own frame, that of its mesh file or primitive, to the body frame: a point f of
+  // the file becomes scale * f - centre_of_mass; if the file's z is up, f is (x, z, -y) of it.
   std::string type;                    // "mesh", "box", ... as in the scene
   std::string file;                    // as named in the scene; empty: no mesh file
   double scale = 1;                    // m per unit of the file

@@ -71,7 +71,7 @@ class Reach {
     const Tag d;
     const V radius2 = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
     const V radius = hn::Sqrt(radius2);
-    // The range of |r| cos b, and in it what is next to the best, |r| cos g.
+    // The range of |r| cos b, and its value nearest to the best one, |r| cos g.
     const V middle = hn::MulAdd(z, centre_[2], hn::MulAdd(y, centre_[1], hn::Mul(x, centre_[0])));
     const V half = hn::MulAdd(hn::Abs(z), half_[2],
                               hn::MulAdd(hn::Abs(y), half_[1], hn::Mul(hn::Abs(x), half_[0])));

@@ -101,8 +101,8 @@ inline constexpr float kSurely = 1e-4F;
 // Exponent of hull over volume by which a concave body takes more space than its volume. half,
 // twice: none
 inline constexpr double kHullShare = 0.35;
-// Rolling resistance, in radii, of a body unlike a ball, times 1 - half its thickness / radius.
-// half, twice: not tried since signatures have their own
+// Rolling resistance, in radii, per 1 - half thickness / radius, which is 0 for a ball. half,
+// twice: not tried since signatures have their own
 inline constexpr double kRolling = 0.35;
 // A body that resists rolling also catches on others: friction grows by this share of its
 // resistance. half, twice: Statistical.WhatSlidesOnABodyRubsMoreIfItResistsRolling
