@@ -1,5 +1,5 @@
-// Cost of a batch itself: jobs whose steps only leave the files of a small picture, through the
-// code that runs and collects real ones. Time and greatest memory of each part.
+// Cost of a batch itself: jobs whose steps only write the files of a small picture, through the
+// code that runs and collects real ones. Time and peak memory of each part.
 //
 //   batch_benchmark [JOBS] [DIRECTORY]
 #include <chrono>

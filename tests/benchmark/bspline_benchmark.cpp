@@ -1,6 +1,6 @@
 // Time of a response's mean and covariance factor, fitted against interpolated in the table:
 //   bspline_benchmark NAME.sig FITTED.sig...
-// Ratios within one run, each the median over rounds that take turns.
+// Ratios within one run, each the median over alternating rounds.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

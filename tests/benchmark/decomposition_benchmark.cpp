@@ -1,5 +1,4 @@
-// Accuracy and time of convex decompositions of what is solid of meshes; sheets in them are so
-// thick:
+// Accuracy and time of convex decompositions of meshes made solid; THICKNESS is that of sheets:
 //   decomposition_benchmark PIECES VERTICES MESH[:THICKNESS]...
 #include <chrono>
 #include <cstdio>

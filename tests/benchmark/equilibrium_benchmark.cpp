@@ -1,7 +1,7 @@
-// Time of the equilibrium analysis and the share of its verdicts that are proved in long double:
+// Time of the equilibrium analysis, and the share of its verdicts that are proved in long double:
 //   equilibrium_benchmark [INSTANCES [BODIES]]
-// Random instances, most of them degenerate, then the bodies of a pile of boxes, sticks and
-// cylinders at every 20th step while it falls together and settles.
+// Uses random instances, most of them degenerate, then the bodies of a pile of boxes, sticks and
+// cylinders at every 20th step while it collapses and settles.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -1,13 +1,11 @@
-// The impulse mode's engines side by side: time against what their piles are worth.
+// The impulse mode's engines side by side: time against the quality of their piles.
 //   exact_benchmark [--hulls N | --rabbits N | --balls N | --sleepers N] [--step HZ] [--frames N]
-//   [--threads N]
-//   [--every N]
-//                   [--mesh FILE] [ENGINE...]
-// Bodies fall in a cubic grid onto a plane, frames of 1/60 s: hulls of 40 vertices, 2 m across, or
-// rabbits of 0.4 m with 6 pieces, or balls of 0.2 m. Sleepers are boxes that lie asleep beside each
-// other, while one box slides away from them without friction. Engines: exact, bullet. Overlaps are
-// those of inspect_pile(), in every Nth frame for the greatest of the run (0: only at the end);
-// judging is not timed.
+//                   [--threads N] [--every N] [--mesh FILE] [ENGINE...]
+// Bodies fall in a cubic grid onto a plane, in frames of 1/60 s: hulls of 40 vertices, 2 m across;
+// rabbits of 0.4 m with 6 pieces; or balls of 0.2 m. Sleepers are boxes asleep side by side, while
+// one box slides away from them without friction. Engines: exact, bullet. Overlaps come from
+// inspect_pile() in every Nth frame, for the largest of the run (0: only at the end). Inspection is
+// not timed.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,4 +1,4 @@
-// The least glue of columns and cubes of boxes that lie askew, by number of bodies.
+// The least glue of columns and cubes of skew boxes, by number of bodies.
 //
 //   glue_benchmark [bodies ...]      default: 300 1000 3000
 #include <cstdio>

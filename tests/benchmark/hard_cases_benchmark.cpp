@@ -1,11 +1,14 @@
-// The scenes of presets/hard in every way that applies, at three step sizes, or at one: in each
-// mode, and under both directors. docs/hard_cases.md says what the ways are.
+// Runs the scenes of presets/hard in every applicable way, at three step sizes or at one: in each
+// mode, and under both directors. docs/hard_cases.md describes the ways.
 //   hard_cases_benchmark [--engine exact|bullet] [--step HZ|auto] [--way WAY] [NAME...]
-// prints a table of passes, and of what failed with its figures. A pass means: nothing is not
-// finite, the energy never rises above its start (but for what undoing overlaps lifts), momentum is
-// kept where nothing takes it, nothing gets through a wall or the ground, penetration at the end
-// stays below the case's bound, what should stand stands, what should rest rests, and the same run
-// twice gives the same bytes (at 1/60 s).
+// Prints a table of passes, and failed criteria with their figures. A pass requires that
+// - all values are finite;
+// - the energy never exceeds its start, except for the lift that the removal of overlaps causes;
+// - momentum is conserved where nothing takes it;
+// - nothing passes through a wall or the ground;
+// - penetration at the end stays below the case's bound;
+// - bodies stand or rest at the end if the case says so;
+// - repeating the run gives the same bytes (at 1/60 s).
 #include <unistd.h>
 
 #include <algorithm>

@@ -1,11 +1,11 @@
-// Modes of one scene side by side, frame by frame in turns, so that whatever else the machine does
-// is the same to all:
+// Modes of one scene side by side, in turns frame by frame, so that other load on the machine
+// affects all of them alike:
 //   mixed_benchmark SCENE OUT MODE... [--set /POINTER=VALUE]...
-// with modes as `pilesim compare` names them. Writes OUT/frames.csv, the time of each frame in each
-// mode, wall and of all processors, and OUT/frames.svg, the former as in the charts of Figures 4.2
-// to 4.5 of the dissertation. Prints for each mode the sums, medians and 95th percentiles, how many
-// times faster than the first it is, and what a body costs that is awake, in a step: a sphere, and
-// a convex piece of a body near must-impulse ones (least squares over the frames).
+// Modes are named as in `pilesim compare`. Writes OUT/frames.csv, with wall and processor time of
+// each frame in each mode, and OUT/frames.svg, a chart of the wall times as in Figures 4.2 to 4.5
+// of the dissertation. Prints for each mode the sums, medians and 95th percentiles, and the
+// speed-up over the first mode. It also prints the cost of an awake body per step: for a sphere,
+// and for a convex piece of a body near must-impulse ones (least squares over the frames).
 #include <algorithm>
 #include <cstdio>
 #include <ctime>

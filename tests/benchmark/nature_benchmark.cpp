@@ -1,18 +1,16 @@
-// Packings against experiments (docs/lab/nature.md has the results and what they are worth):
+// Packings against experiments (docs/lab/nature.md has the results and their limits):
 //   nature_benchmark [-o DIRECTORY] [--seeds N] [--friction MU] [--dice N] [--cycles N]
 //                    [--tube D] [--bodies N] [--step HZ] [--threads N]
 //                    [--mode impulse|bullet|statistical]... [NAME...]
-// pours the five Platonic solids into a wide cup, and spheres, cylinders and Raschig rings into
-// tubes, and shakes them; names are tetrahedron, cube, octahedron, dodecahedron, icosahedron,
-// sphere, cylinder and raschig. Tubes are D diameters of a body wide, and beds have N bodies.
-// Prints tables and writes them as beds.csv, profiles.csv and profiles.png. Every run stays as a
-// scene and a trajectory, which `pilesim render` draws; one that is there already, of the same
-// scene, is measured again without being run again: remove the directory where the engine has
-// changed.
+// Pours the five Platonic solids into a wide cup, and spheres, cylinders and Raschig rings into
+// tubes, and shakes them. Names are tetrahedron, cube, octahedron, dodecahedron, icosahedron,
+// sphere, cylinder and raschig. Tubes are D body diameters wide, and beds have N bodies. Prints
+// tables and writes them to beds.csv, profiles.csv and profiles.png. Every run is kept as a scene
+// and a trajectory, which `pilesim render` draws. An existing run of the same scene is measured
+// again without a new simulation: remove the directory after a change of the engine.
 //
 // Bodies have a volume of d^3 (dice), or a diameter of d (beds), d = 25 mm. Rigid bodies under
-// Coulomb friction have no scale of length or stress, so lengths are told in d and times in
-// sqrt(d / g).
+// Coulomb friction have no scale of length or stress, so lengths are in d and times in sqrt(d / g).
 #include <algorithm>
 #include <array>
 #include <chrono>

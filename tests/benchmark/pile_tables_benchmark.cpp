@@ -2,17 +2,18 @@
 //   pile_tables_benchmark times [FRAMES [CHARTS_DIRECTORY [PRESET,...]]]
 //   pile_tables_benchmark tau [FRAMES]
 //   pile_tables_benchmark errors [FRAMES [PRESET,...]]
-// FRAMES: so many of each preset at most (0: all). `times` steps three simulations of a preset
-// frame by frame in turn: without any sleeping, with the engine's own, with piles; times are user
-// CPU times of the process. `tau` repeats example 2 with other thresholds; `errors`, of presets
-// with one pile, says what part of the error is the difference of slope: against the simulation
-// without sleeping it compares piles of the angle asked, piles of the angle that simulation takes
-// by itself, and that simulation again under 9.8101 m/s^2, which is no error at all.
+// FRAMES is the largest number of frames per preset (0: all). `times` steps three simulations of a
+// preset in turns, frame by frame: without sleep, with the engine's own sleep, and with piles;
+// times are user CPU times of the process. `tau` repeats example 2 with other thresholds. `errors`,
+// for presets with one pile, gives the part of the error that comes from different slopes. It
+// compares with the simulation without sleep: piles of the requested angle, piles of the angle
+// which that simulation takes by itself, and the same simulation under 9.8101 m/s^2, which makes no
+// real error.
 //
 // Errors are those of section 5.3.2.4: m is the motion of a body's centre in a frame of the
-// simulation without sleeping, m' that with piles; |m - m'| / |m| averaged over bodies and frames.
-// Where |m| is below 0.01 D (D: the longest extent) it is divided by 0.01 D instead. The ratio of
-// the sums of |m - m'| and |m| needs no such rule.
+// simulation without sleep, m' that with piles, and |m - m'| / |m| is averaged over bodies and
+// frames. If |m| is below 0.01 D (D: the longest extent), the divisor is 0.01 D instead. The ratio
+// of the sums of |m - m'| and |m| needs no such rule.
 #include <array>
 #include <cstdio>
 #include <cstdlib>

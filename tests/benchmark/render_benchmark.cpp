@@ -1,11 +1,10 @@
 // Both renderers on a frame of a run:
 //   render_benchmark RUN FRAME PX,PY,PZ,TX,TY,TZ REFERENCE_SAMPLES WIDTHxHEIGHT [DIRECTORY]
-// with the camera at P looking at T. Times, by the clock and of the processor, are the median of
-// rounds that take turns, of a renderer that has drawn the frame before and finds all bodies moved.
-// Errors are of the picture, in steps of 255 of sRGB: root of the mean square, the mean, and the
-// share of pixels that differ by more than 8, against the reference: `final` with so many samples
-// and no filter; 0: none is drawn.
-// Pictures go to DIRECTORY.
+// The camera is at P and looks at T. Times, wall and processor, are medians over rounds in turns,
+// for a renderer that has drawn the previous frame and finds all bodies moved. Errors are those of
+// the picture, in steps of 255 of sRGB: root mean square, mean, and share of pixels that differ by
+// more than 8. The reference is `final` with REFERENCE_SAMPLES samples and no filter; 0: no
+// reference. Pictures go to DIRECTORY.
 #include <sys/resource.h>
 
 #include <algorithm>

@@ -1,10 +1,10 @@
-// Angles of repose asked and got, of bodies poured onto one place (presets/repose/pour.json):
+// Requested and resulting angles of repose of bodies poured onto one spot
+// (presets/repose/pour.json):
 //   repose_angle_benchmark [BODIES [SEEDS [SHAPE,... [ANGLE,... [MODE]]]]]
-// With MODE, impulse or mixed, bodies have materials of their own;
-// in the mixed mode all of them are spheres.
-// One line a run, then the mean over the seeds with the standard deviation of a run. Measured at
-// the end, as `pilesim direct-pile` does (docs/direct_pile.md). Times are user CPU times of the
-// whole run.
+// With MODE, impulse or mixed, bodies have their own materials; in the mixed mode all are spheres.
+// Prints one line per run, then the mean over the seeds with the standard deviation of a run.
+// Angles are measured at the end, as by `pilesim direct-pile` (docs/direct_pile.md). Times are user
+// CPU times of the whole run.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

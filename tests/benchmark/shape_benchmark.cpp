@@ -1,13 +1,14 @@
-// The statistical mode beside the impulse mode on shapes that nothing was tuned on: 24 generated
-// solids (support/solid_families.h) and eleven assets, in four scenes, several seeds.
+// The statistical mode beside the impulse mode on shapes that were not used for tuning: 24
+// generated solids (support/solid_families.h) and eleven assets, in four scenes, with several
+// seeds.
 //   shape_benchmark [-o DIRECTORY] [--seeds N] [--scene NAME]... [SHAPE...]
-// Scenes: plane125 and plane512, bodies that fall onto a plane, crate200, and funnel125, through a
-// funnel onto a plane. A shape's signature is measured first, with how it packs. Prints by how much
-// mean height, mean radius, pile angle and packing differ from the reference's (in brackets: the
-// deviations of one run, the reference's and the statistical mode's), how many are within the goals
-// of each scene, how many would be by chance alone, and how many are off by at most so many of the
-// reference's own deviations. Meshes and signatures stay in the directory, and so do the runs of
-// the reference (reference.csv): remove it where the exact engine has changed.
+// Scenes: plane125 and plane512, bodies that fall onto a plane; crate200; and funnel125, through a
+// funnel onto a plane. A shape's signature is measured first, including its packing. Prints the
+// differences of mean height, mean radius, pile angle and packing from the reference (in brackets:
+// deviations of single runs of the reference and of the statistical mode). Also prints how many are
+// within the goals of each scene, how many would be by chance alone, and how many are within a few
+// of the reference's own deviations. Meshes, signatures and the reference's runs (reference.csv)
+// stay in the directory: remove it after a change of the exact engine.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

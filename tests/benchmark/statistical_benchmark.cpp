@@ -1,9 +1,9 @@
 // The statistical mode beside the impulse mode: rabbits dropped in a cubic grid onto a plane, 420
-// frames at 60 Hz, one step a frame.
+// frames at 60 Hz with one step per frame.
 //   statistical_benchmark BODIES SEEDS [IMPULSE_FRAMES [MESH]]
-// prints the time by stage, the time a body that is awake costs in a step, and the pile that
-// comes of it; IMPULSE_FRAMES > 0 runs as many frames of the impulse mode, too (at 1/120 s, with
-// the mesh's decomposition), at the first seed.
+// Prints the time by stage, the cost of an awake body per step, and the resulting pile.
+// IMPULSE_FRAMES > 0 also runs that many frames of the impulse mode (at 1/120 s, with the mesh's
+// decomposition), with the first seed.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

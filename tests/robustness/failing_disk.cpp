@@ -1,14 +1,13 @@
-// Preloaded into pilesim: kills it, signals it, or fills its disk, at a chosen one of the changes
-// that it makes to files. Every such place can so be tried, whatever the machine's speed. From the
-// environment:
+// Preloaded into pilesim: kills it, signals it, or fills its disk, at a chosen one of its changes
+// to files. This tests every such point, whatever the machine's speed. From the environment:
 //   FAILING_DISK_UNDER    absolute path of a directory: changes below it count
-//   FAILING_DISK_NAME     only changes of paths that end so count
-//   FAILING_DISK_COMMAND  the subcommand of pilesim that it is for: compare runs simulate, too
-//   FAILING_DISK_LOG      file that gets a line for each change: operation, path
+//   FAILING_DISK_NAME     only changes of paths with this ending count
+//   FAILING_DISK_COMMAND  the affected subcommand of pilesim, since compare also runs simulate
+//   FAILING_DISK_LOG      file that receives a line for each change: operation, path
 //   FAILING_DISK_AT       number of the change, from 1; 0: none
-//   FAILING_DISK_FAULT    kill: SIGKILL before this change, a write after half of its bytes
-//                         full: from this change on nothing takes up room, a write half of its
-//                         bytes
+//   FAILING_DISK_FAULT    kill: SIGKILL before this change, or after half the bytes of a write
+//                         full: from this change on nothing can be stored; a write stores half of
+//                         its bytes
 //                         a number: this signal, before this change; at 0: as soon as the program
 //                         handles it
 #include <dlfcn.h>

@@ -137,7 +137,7 @@ void turn(SmallModel& m, const Vec3& axis, double rate, double seconds) {
 TEST(Balance, ATurntableCarriesABoxHoweverSlowlyItTurns) {
   constexpr double kRate = 0.02, kRadius = 1;
   SmallModel m = box_on_a_board(0.5, {kRadius, 0, 0});
-  m.body(slab(m), 0, {kRadius, 0.075, 0});  // and what lies on the box
+  m.body(slab(m), 0, {kRadius, 0.075, 0});  // and a slab on the box
   turn(m, Vec3::UnitY(), kRate, 20);
   const auto simulator = make_simulator(m.scene, m.model);
   run(*simulator, 20 * 60);
