@@ -51,7 +51,7 @@ TEST_P(Ellipsoids, BallsTouchAsBallsWhateverTheirSizes) {
 }
 
 // Also as an almost round ellipsoid.
-TEST_P(Ellipsoids, WhatIsNearlyABallTouchesAsOne) {
+TEST_P(Ellipsoids, AlmostRoundOnesTouchAsBalls) {
   const auto a = static_cast<float>(random_.uniform(0.01, 2));
   const auto b = static_cast<float>(random_.uniform(0.01, 2));
   const EllipsoidForm form = form_of({1, 1, 1.0001F});

@@ -647,7 +647,7 @@ TEST(ExactEngine, ACrowdKeepsItsMomentum) {
 
 // Wider than the gap between two walls, as if forced in: it may be lifted out, but two fixed sides
 // must exert a bounded force.
-TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
+TEST(ExactEngine, ASqueezedBodyIsNotShotOut) {
   Philox random(5, Stream::test, 0);
   for (int trial = 0; trial < 20; ++trial) {
     SmallModel m;
@@ -774,7 +774,7 @@ TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
 }
 
 // A falling body bounces in the step in which it arrives, and not before.
-TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
+TEST(ExactEngine, ABodyThatDoesNotArriveInAStepDoesNotBounce) {
   SmallModel m;
   m.scene.gravity = Vec3(0, -9.81, 0);
   m.scene.frame_rate = 240;
@@ -805,7 +805,7 @@ TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
 }
 
 // Two bodies in equal fall collide as if without gravity.
-TEST(ExactEngine, WhatFallsTogetherIsNotThrownApartBeforeItMeets) {
+TEST(ExactEngine, BodiesInEqualFallDoNotSeparateBeforeContact) {
   SmallModel m;
   m.scene.gravity = Vec3(0, -9.81, 0);
   m.scene.frame_rate = 240;

@@ -40,7 +40,7 @@ TEST(ExactHits, ABulletGlancesOffByTheNormalAtTheHit) {
 
 // The slope deflects the ball into empty space; its neighbour at the start of the step is far away
 // by then.
-TEST(ExactHits, WhatABulletHasLeftBehindIsNotHit) {
+TEST(ExactHits, ABulletHitsNothingThatItHasPassed) {
   constexpr double kSpeed = 100, kRadius = 0.05, kWay = 0.3;
   SmallModel m = in_space();
   const uint32_t material = m.material(1, 0);
@@ -63,7 +63,7 @@ TEST(ExactHits, WhatABulletHasLeftBehindIsNotHit) {
 // push, at a lever d, and stop there: J = m v / (1 + m d^2 / I). All points of the face exist at
 // first, and those far from the brink must separate. The first step brings it to the table, the
 // second stops it there.
-TEST(ExactHits, WhatLandsOnABrinkTurnsAboutIt) {
+TEST(ExactHits, ABodyThatLandsOnABrinkTurnsAboutIt) {
   constexpr double kSpeed = 5, kLength = 0.4, kHeight = 0.1, kLever = 0.03;
   constexpr int kBoxes = 120;  // many, which have fewer iterations
   SmallModel m = in_space();

@@ -34,7 +34,7 @@ TEST(ExactRest, PenetratingBodiesStayAwake) {
 }
 
 // A ball that rolls for ever keeps only bodies awake that it touches.
-TEST(ExactRest, WhatIsApartSleepsApart) {
+TEST(ExactRest, SeparateBodiesSleepSeparately) {
   SmallModel m;
   const uint32_t material = m.material(0, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
@@ -48,7 +48,7 @@ TEST(ExactRest, WhatIsApartSleepsApart) {
 
 // Rows of leaning boxes sleep as islands. A body that hits the end of one wakes the whole island in
 // that step, without any fall in the meantime, and no other row.
-TEST(ExactRest, WhatSleepsTogetherWakesTogether) {
+TEST(ExactRest, IslandsWakeAsAWhole) {
   SmallModel m;
   m.scene.frame_rate = 1 / m.scene.actual_step_s();  // every step is checked
   const uint32_t material = m.material(0, 0.5);

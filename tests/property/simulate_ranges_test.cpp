@@ -120,7 +120,7 @@ void expect_runs(const std::string& text) {
   }
 }
 
-TEST(Ranges, WhatASceneMaySaySimulatorsRun) {
+TEST(Ranges, SimulatorsRunAllValidScenes) {
   for (uint32_t i = 0; i < 60; ++i) expect_runs(RandomScene(i).text());
 }
 

@@ -29,7 +29,7 @@ float random_float(Philox& random) {
   }
 }
 
-TEST_F(TrajectoryRandom, WhatWasWrittenComesBack) {
+TEST_F(TrajectoryRandom, WrittenDataComesBack) {
   for (uint32_t round = 0; round < 10; ++round) {
     Philox random(11, Stream::test, round);
     const size_t bodies = random.index(2) == 0 ? random.index(5) : random.index(30000);

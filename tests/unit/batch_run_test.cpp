@@ -141,7 +141,7 @@ TEST_F(BatchRunTest, DoesNotTryAgainWhatIsWrongInItself) {
   EXPECT_EQ(summary.tried_again, 0u);
 }
 
-TEST_F(BatchRunTest, WhatDiedIsDoneAgainAsIfItHadNot) {
+TEST_F(BatchRunTest, AJobThatDiedIsDoneAgainWithoutATrace) {
   run("whole");
   std::mutex mutex;
   std::map<std::string, int> tries;
@@ -185,7 +185,7 @@ TEST_F(BatchRunTest, EndsWithTheSameBytesHoweverOftenItIsKilled) {
 }
 
 // Killed when only the renaming of the directory was left.
-TEST_F(BatchRunTest, WhatHasEndedIsNotTriedAgain) {
+TEST_F(BatchRunTest, EndedJobsAreNotTriedAgain) {
   run("a");
   const std::string whole = index("a");
   const fs::path jobs = scratch_ / "a/jobs/0000";
@@ -201,7 +201,7 @@ TEST_F(BatchRunTest, WhatHasEndedIsNotTriedAgain) {
   EXPECT_EQ(index("a"), whole);
 }
 
-TEST_F(BatchRunTest, WhatDiedInAShardAndWasDoneInAnotherIsDone) {
+TEST_F(BatchRunTest, AJobThatDiedInOneShardMayBeDoneInAnother) {
   run("whole");
   const auto run_shard = [&](uint64_t i, uint64_t count, int exit_status) {
     BatchRequest shard = request("shards");

@@ -64,7 +64,7 @@ TEST_F(Files, AFailureNamesTheFileAndLeavesNothing) {
   EXPECT_THROW(read_file(directory_ / "none"), Error);
 }
 
-TEST_F(Files, WhatAKilledProcessLeftIsRemovedByTheNextAndNothingElse) {
+TEST_F(Files, TheNextProcessRemovesOnlyFilesOfAKilledOne) {
   // As if killed, also by an earlier process with the same id.
   const std::string mine = ".pilesim." + std::to_string(getpid()) + ".0.tmp";
   for (const std::string& name : {mine, std::string(".pilesim.1.7.tmp")}) {

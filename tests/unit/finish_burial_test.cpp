@@ -101,7 +101,7 @@ TEST(Burial, AGapThatTheProbeDoesNotPassIsClosed) {
   }
 }
 
-TEST(Burial, WhatLiesOnAPlaneIsNotSeenThroughIt) {
+TEST(Burial, BodiesOnAPlaneAreNotSeenThroughIt) {
   Lattice lattice;
   lattice.fill(5);
   const std::vector<double> without = lattice.depths();
@@ -111,7 +111,7 @@ TEST(Burial, WhatLiesOnAPlaneIsNotSeenThroughIt) {
   EXPECT_GT(lattice.depths()[lowest], Lattice::layers(4) - kError);
 }
 
-TEST(Burial, WhatIsBetweenPlanesIsSeenFromBetweenThem) {
+TEST(Burial, BodiesBetweenPlanesAreSeenFromBetweenThem) {
   Lattice lattice;
   lattice.fill(4);
   const uint32_t ground = lattice.plane();
@@ -127,7 +127,7 @@ TEST(Burial, WhatIsBetweenPlanesIsSeenFromBetweenThem) {
 }
 
 // One ball in five hundred, which would make the cells as wide as the pile.
-TEST(Burial, WhatHasRolledAwayChangesNothing) {
+TEST(Burial, StraysChangeNothing) {
   Lattice lattice;
   lattice.fill(4);
   const uint32_t centre = at(lattice, Vec3::Zero());
@@ -139,7 +139,7 @@ TEST(Burial, WhatHasRolledAwayChangesNothing) {
   EXPECT_GT(before, kRadius);
 }
 
-TEST(Burial, WhatIsNotThereHidesNothingAndHasNoDepth) {
+TEST(Burial, AbsentBodiesHideNothingAndHaveNoDepth) {
   Lattice lattice;
   lattice.fill(4);
   BodyStates states = lattice.states();

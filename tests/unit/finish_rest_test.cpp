@@ -46,7 +46,7 @@ void finish(ExactRest& rest) {
   while (!rest.is_over()) rest.step();
 }
 
-TEST(FinishRest, WhatLiesInEachOtherEndsSound) {
+TEST(FinishRest, OverlappingBodiesEndSound) {
   const Pile pile = sunk_pile(4, 4);
   ExactRest rest(pile.scene, pile.model, pile.states());
   const PileQuality before = inspect_pile(pile.model, pile.scene.gravity, pile.states());
@@ -118,7 +118,7 @@ TEST(FinishRest, WallsHold) {
 
 // A stick whose end is through a thin wall moves back along the wall's normal, no farther than
 // necessary.
-TEST(FinishRest, WhatReachesThroughAThinWallIsDrawnBack) {
+TEST(FinishRest, ABodyThroughAThinWallIsDrawnBack) {
   Pile pile;
   const uint32_t wall = pile.box({0.02, 1, 2});
   pile.body(wall, pile.stuff, {0, 0.5, 0}, Role::fixed);
@@ -132,7 +132,7 @@ TEST(FinishRest, WhatReachesThroughAThinWallIsDrawnBack) {
   EXPECT_EQ(states.position[3], pile.states().position[3]);
 }
 
-TEST(FinishRest, WhatReachesThroughAThinWallEndsBesideIt) {
+TEST(FinishRest, ABodyThroughAThinWallEndsBesideIt) {
   Pile pile;
   const uint32_t wall = pile.box({0.02, 1, 2});
   pile.body(wall, pile.stuff, {0, 0.5, 0}, Role::fixed);
@@ -146,7 +146,7 @@ TEST(FinishRest, WhatReachesThroughAThinWallEndsBesideIt) {
   }
 }
 
-TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
+TEST(FinishRest, FixedAndFrozenBodiesStayAndAbsentOnesStayAway) {
   Pile pile;
   pile.add({0, 1, 0});       // fixed in mid-air
   pile.add({2, 1, 0});       // frozen by a guide
@@ -179,7 +179,7 @@ TEST(FinishRest, EndsAtTheLongestTimeAndSaysSo) {
 }
 
 // Like a body pinched by two others: points do not resist rotation about their line.
-TEST(FinishRest, WhatNothingStopsComesToRestTooWhereItHangs) {
+TEST(FinishRest, ASwingingBodyThatNothingStopsComesToRest) {
   Pile pile;
   pile.add({0.5, 2, 0});
   pile.model.bodies.back().hinge = {.axis = Vec3::UnitZ(), .anchor = Vec3(0, 2, 0)};
@@ -287,7 +287,7 @@ TEST(FinishRest, GoesOnFromWhatWasSavedWithTheSameBits) {
 
 // Deep bodies are left as they are, and at most give way to bodies that must become sound but
 // cannot get out of them. Then they need not become sound themselves, unless they come into view.
-TEST(FinishRest, WhatCannotBeSeenIsLeft) {
+TEST(FinishRest, HiddenBodiesAreLeft) {
   for (const double spacing_m : {0.6 * kSide, 0.66 * kSide}) {
     const bool gives_way = spacing_m > 0.63 * kSide;
     const Pile pile = block_of_balls(spacing_m);

@@ -345,7 +345,7 @@ TEST_F(SolidCacheTest, OtherMeshesAndOptionsAreOtherEntries) {
   }
 }
 
-TEST_F(SolidCacheTest, WhatNeedsNoMendingIsNotKept) {
+TEST_F(SolidCacheTest, ProperSolidsAreNotCached) {
   mesh_ = box_mesh({1, 1, 1});
   EXPECT_EQ(run().way, SolidWay::as_it_is);
   options_.rule = SolidRule::hull;

@@ -50,7 +50,7 @@ class PileInspection : public testing::Test {
 };
 
 // A pile that drifts for ever, awake and far slower than a moving one, has not settled.
-TEST_F(PileInspection, WhatCreepsIsNotAtRest) {
+TEST_F(PileInspection, CreepingBodiesAreNotAtRest) {
   add_box(Vec3(0, kEdge / 2, 0), 0);
   add_box(Vec3(1, kEdge / 2, 0), 0);
   add_box(Vec3(2, kEdge / 2, 0), kAsleep);
@@ -113,7 +113,7 @@ TEST_F(PileInspection, FindsWhatFloats) {
   EXPECT_EQ(inspect(Vec3::Zero()).floating, 0);
 }
 
-TEST_F(PileInspection, WhatMovesNeitherFloatsNorRests) {
+TEST_F(PileInspection, MovingBodiesNeitherFloatNorRest) {
   add_box(Vec3(0, 2, 0), 0);
   states.linear_velocity.back() = Vec3(0, -1, 0);
   add_box(Vec3(2, kEdge / 2, 0), 0);  // awake and at rest

@@ -512,7 +512,7 @@ TEST_F(SceneModel, AGuideIsMadeASolidAsABodyIs) {
   }
 }
 
-TEST_F(SceneModel, WhatGlueHoldsIsFilledAsAMould) {
+TEST_F(SceneModel, AGuideWithGlueIsFilledAsAMould) {
   const auto fill = [&](const std::string& type, const std::string& hold) {
     const Model model =
         build(R"("brick": {"type": "box", "size": [0.3, 0.3, 0.3]})",

@@ -78,7 +78,7 @@ TEST(ClearStarts, BodiesThatAreClearStayToTheLastBit) {
   }
 }
 
-TEST(ClearStarts, WhatStandsStillIsInTheWayAtAnyTime) {
+TEST(ClearStarts, FixedBodiesAreInTheWayAtAnyTime) {
   for (const std::string more : {"", ", \"start_s\": 2", ", \"rate_hz\": 5"}) {
     const Model model = build(R"("bodies": [{"shape": "box", "material": "m", "role": "static",
       "position": [0.9, 1, 0]}], "emitters": [)" +

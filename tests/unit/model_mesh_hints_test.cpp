@@ -184,7 +184,7 @@ TEST_F(MeshHints, LongerThanAllThatStands) {
   EXPECT_THAT(poured(12, kTable), ElementsAre(HasSubstr("all that stands there is 1.")));
 }
 
-TEST_F(MeshHints, WhatStandsIsMeasuredAgainstWhatMoves) {
+TEST_F(MeshHints, StaticShapesAreComparedWithDynamicOnes) {
   const std::string room = R"("bodies": [{"name": "room", "shape": "thing", "material": "m",
     "role": "static"}, {"name": "b", "shape": "bead", "material": "m", "position": [0, 300, 0]}])";
   EXPECT_THAT(hints(R"(, "scale": 15)", room), IsEmpty());

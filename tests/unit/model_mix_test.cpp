@@ -147,7 +147,7 @@ TEST(Mix, GlossIsDrawnForEachBodyWithinItsRange) {
   }
 }
 
-TEST(Mix, WhatDoesNotFitIsRefused) {
+TEST(Mix, ValuesThatDoNotFitAreRefused) {
   const auto fault = [](const std::string& emitter) {
     const auto lines = problems_of(R"({"version": 1, "materials": {"m": {}}, "shapes": {
       "a": {"type": "sphere", "radius": 0.1}}, "emitters": [{"type": "grid", "count": [1, 1, 1],
@@ -276,7 +276,7 @@ TEST(Terrain, IsTheSurfaceOverItsPicture) {
   }
 }
 
-TEST(Terrain, WhatIsNoPictureIsRefused) {
+TEST(Terrain, OtherFilesThanPicturesAreRefused) {
   const test::ScratchDirectory scratch;
   const std::string text = R"({"version": 1, "shapes": {"hills": {"type": "terrain",
     "file": "hills.png", "size": [4, 2], "height": [0, 1]}}})";

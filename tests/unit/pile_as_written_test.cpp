@@ -25,7 +25,7 @@ struct Boxes : SmallModel {
 
 // 5.2.3: rho_i d / (1 + |v|) against tau. The structure has room for 16 cubes of the median box,
 // and one is in its lowest layer.
-TEST(PileAsWritten, WhatScoresMoreThanTauSleeps) {
+TEST(PileAsWritten, BodiesThatScoreMoreThanTauSleep) {
   for (const double speed : {0.0, 1.0}) {
     for (const double distance_m : {0.0, 0.1}) {
       const Vec3 centre(distance_m, kEdge / 2, 0);

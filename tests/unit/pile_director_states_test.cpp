@@ -97,7 +97,7 @@ TEST(PileSleep, PenetratingAndUnsupportedBodiesDoNotSleep) {
   EXPECT_FALSE(world.asleep[3]) << "hangs in the air";
 }
 
-TEST(PileSleep, WhatLiesStillOutsideTheWallsSleepsUnsteered) {
+TEST(PileSleep, RestingBodiesOutsideTheWallsSleepUnsteered) {
   Boxes boxes({{0, 0.1, 0}, {2, 0.1, 0}, {3, 0.1, 0}});
   boxes.scene.piles[0].boundary =
       PileBoundary{{{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}, 0.4};
@@ -112,7 +112,7 @@ TEST(PileSleep, WhatLiesStillOutsideTheWallsSleepsUnsteered) {
   EXPECT_EQ(world.friction[3], 0.5);
 }
 
-TEST(PileSleep, WhatIsPressedIntoASleeperWakesIt) {
+TEST(PileSleep, ABodyPressedIntoASleeperWakesIt) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
   ConstructedWorld world(boxes);
   world.rest(1, 0, kEdge / 2);
@@ -169,7 +169,7 @@ TEST(PileSupport, ASleeperMayBeWedgedInFromBothSides) {
 }
 
 // Contacts may have a small gap, as engines keep them.
-TEST(PileSupport, WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot) {
+TEST(PileSupport, NearContactsGroundAndFartherOnesDoNot) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
   for (const bool is_near : {true, false}) {
     ConstructedWorld world(boxes);
@@ -184,7 +184,7 @@ TEST(PileSupport, WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot) {
   }
 }
 
-TEST(PileSupport, WhatTouchesOnlyFromTheSidesBalancesNothing) {
+TEST(PileSupport, ContactsFromTheSidesAloneBalanceNothing) {
   const Boxes boxes({{-0.2, 0.1, 0}, {0, 0.15, 0}, {0.2, 0.1, 0}});
   for (const double up : {0.0, 0.1}) {
     ConstructedWorld world(boxes);
@@ -203,7 +203,7 @@ TEST(PileSupport, WhatTouchesOnlyFromTheSidesBalancesNothing) {
   }
 }
 
-TEST(PileWaking, WhatLosesItsSupportWakesAndWhatItCarriesToo) {
+TEST(PileWaking, ABodyThatLosesItsSupportWakesWithItsLoad) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {0, 0.5, 0}, {1, 0.1, 0}});
   ConstructedWorld world(boxes);
   rest_on_what_is_below(world);
@@ -338,7 +338,7 @@ TEST(PileWaking, OfAMesaWakesWhatStandsOutOfIt) {
 }
 
 // A sleeper right under the mean surface holds the slope over which bodies must pass.
-TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
+TEST(PileWaking, BodiesUnderTheSurfaceKeepSleeping) {
   std::vector<Vec3> centres;
   for (int layer = 0; layer < 3; ++layer) {
     for (int x = -5; x <= 5; ++x) {
@@ -369,7 +369,7 @@ TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
 }
 
 // Far above the surface of a pile that needs filling. Woken bodies fall asleep again.
-TEST(PileWaking, WhatFallsAsleepByTheSimulatorsOwnRuleIsNotWokenForEver) {
+TEST(PileWaking, SleepersByTheSimulatorsOwnRuleAreNotWokenForEver) {
   std::vector<Vec3> centres = pyramid(5);
   const auto top = static_cast<uint32_t>(centres.size() + 1);
   centres.emplace_back(0.4, kEdge * 9.5, 0);
@@ -388,7 +388,7 @@ TEST(PileWaking, WhatFallsAsleepByTheSimulatorsOwnRuleIsNotWokenForEver) {
   }
 }
 
-TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {
+TEST(PileSteering, BodiesAboveSlideDownAndBodiesInsideAreBraked) {
   std::vector<Vec3> centres = pyramid(5);
   const auto top = static_cast<uint32_t>(centres.size() + 1);
   centres.emplace_back(0.4, kEdge * 7.5, 0);  // far over the slope
@@ -406,7 +406,7 @@ TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {
 }
 
 // By the simulator's own rule. Decisions are three steps apart.
-TEST(PileSteering, WhatFallsAsleepBetweenTwoDecisionsIsLeftAlone) {
+TEST(PileSteering, BodiesThatFallAsleepBetweenDecisionsAreLeftAlone) {
   const Boxes boxes(pyramid(3));
   ConstructedWorld world(boxes);
   rest_on_what_is_below(world);
@@ -501,7 +501,7 @@ TEST(PileSteering, ABounceBetweenTwoDecisionsIsATouch) {
 }
 
 // In long steps gravity alone changes a velocity by more than a bounce does.
-TEST(PileSteering, WhatFallsIsNotStruckByGravity) {
+TEST(PileSteering, GravityAloneIsNoImpact) {
   std::vector<Vec3> centres = pyramid(5);
   const auto falling = static_cast<uint32_t>(centres.size() + 1);
   centres.emplace_back(0.3, kEdge * 5.2, 0);

@@ -151,7 +151,7 @@ TEST(Glue, AnArchThatStandsNeedsNone) {
   EXPECT_GT(glue_kg(0.98 * std::tan(high)), 1e-3);
 }
 
-TEST(Glue, WhatHangsTogetherInTheAirIsLeftOut) {
+TEST(Glue, AClusterInTheAirIsLeftOut) {
   GluePile pile;
   const uint32_t standing = pile.add(Vec3(5, 1, 0), 1);
   pile.touch(standing, 0, Vec3(5, 0, 0), kZ, kX, 0.5);

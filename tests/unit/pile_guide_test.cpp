@@ -34,7 +34,7 @@ void run(GuidedSimulator& simulator, int frames) {
   for (int frame = 0; frame < frames; ++frame) simulator.step_frame();
 }
 
-TEST(Guide, WhatStandsIsHeldAndDoesNotDrift) {
+TEST(Guide, StandingBodiesAreFixedAndDoNotDrift) {
   Column column(5);
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 10);
@@ -132,7 +132,7 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
 }
 
 // Whatever its mass: further objects may be placed on a guide's pile.
-TEST(Guide, WhatComesSlowlyIsNoHit) {
+TEST(Guide, ASlowContactIsNoImpact) {
   Column column(5);
   column.scene.guide->most_speed = 0.02;   // so that the ball itself is not fixed
   column.scene.guide->neighbours = false;  // nor frees the column by mere contact
@@ -148,7 +148,7 @@ TEST(Guide, WhatComesSlowlyIsNoHit) {
   EXPECT_GT(simulator.states().position[6].x(), -0.26) << "it came";
 }
 
-TEST(Guide, WhatComesAtASixthOfItsFallIsAHit) {
+TEST(Guide, ASixthOfAFallIsAnImpact) {
   Column column(5);
   column.scene.guide->most_speed = 0.02;
   column.scene.guide->neighbours = false;  // as above
@@ -174,7 +174,7 @@ TEST(Guide, BodiesThatPenetrateByThreePerCentOfARadiusSeparateFirst) {
   EXPECT_EQ(held(0.055), 0);
 }
 
-TEST(Guide, WhatMovesIsNotHeld) {
+TEST(Guide, MovingBodiesAreNotFixed) {
   Column column(1);
   column.model.bodies[1].linear_velocity = {2, 0, 0};
   GuidedSimulator simulator(column.scene, column.model);
@@ -183,7 +183,7 @@ TEST(Guide, WhatMovesIsNotHeld) {
   EXPECT_EQ(simulator.frames().back().counts.held, 1);
 }
 
-TEST(Guide, WhatHasNothingToStandOnIsLetGo) {
+TEST(Guide, ABodyWithoutSupportIsReleased) {
   Column column(3);
   column.model.events.push_back({0.5, ModelEvent::Kind::remove, {1}, Vec3::Zero(), {}});
   GuidedSimulator simulator(column.scene, column.model);
@@ -198,7 +198,7 @@ TEST(Guide, WhatHasNothingToStandOnIsLetGo) {
   EXPECT_NEAR(simulator.states().position[3].y(), 0.3, 0.01);
 }
 
-TEST(Guide, WhatWaitsForItsReleaseCarries) {
+TEST(Guide, ABodyThatWaitsForItsReleaseCarries) {
   Column column(3);
   column.model.bodies[1].held = true;
   column.model.bodies[1].pose.position.y() += 1;

@@ -88,7 +88,7 @@ TEST(HeldByGlue, ALongShelfHoldsAmongMany) {
 
 // The tip of a letter as left by a mould: seven cubes that hang by edges on two fixed ones. The
 // least glue has large forces a few millimetres apart.
-TEST(HeldByGlue, WhatHangsByEdgesStays) {
+TEST(HeldByGlue, BodiesThatHangByEdgesStay) {
   struct Place {
     Vec3 position;               // m
     std::array<double, 4> turn;  // x, y, z, w
@@ -182,7 +182,7 @@ TEST(HeldByGlue, OfNoneAllowedNoneIsPutOn) {
   EXPECT_GT(simulator.frames().back().largest_drift_m, 1);
 }
 
-TEST(HeldByGlue, WhatStandsNeedsNone) {
+TEST(HeldByGlue, AStandingPileNeedsNone) {
   Shelf column(0);
   const uint32_t cube = column.model.bodies[1].shape;
   for (int i = 0; i < 4; ++i) column.body(cube, 0, {2, 0.1 + 0.2 * i, 0});
@@ -211,7 +211,7 @@ TEST(HeldByGlue, AHitTearsIt) {
 
 // The pile after an impact is analysed once it is at rest: two cubes beside a fixed one still hang
 // by strong enough glue, the third lies on the ground.
-TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
+TEST(HeldByGlue, ThePileAfterAnImpactIsAnalysedAgain) {
   Shelf shelf(3);
   const double mass_kg = shelf.model.bodies[4].mass_kg;
   shelf.model.events.push_back({0.5, ModelEvent::Kind::impulse, {4}, Vec3(0, -6 * mass_kg, 0), {}});
@@ -243,7 +243,7 @@ TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
 }
 
 // A cube that comes to rest beside a mould's filling, inside the guide, does not belong to it.
-TEST(HeldByGlue, WhatFillsAMouldIsGluedOnce) {
+TEST(HeldByGlue, TheFillingOfAMouldIsGluedOnce) {
   for (const bool is_moulded : {true, false}) {
     SCOPED_TRACE(is_moulded);
     Shelf shelf(3);
@@ -387,7 +387,7 @@ struct Weightless : SmallModel {
 
 // Two sticks glued into an L, like chairs torn off a pile together: nothing adds energy, however
 // fast they turn, in the steps of many bodies and of few.
-TEST(HeldByGlue, WhatTurnsFastGainsNoEnergy) {
+TEST(HeldByGlue, AFastSpinGainsNoEnergy) {
   for (const int others : {0, 120}) {
     Weightless pair;
     const uint32_t wood = pair.material(0, 0.5), stick = pair.box({0.3, 0.06, 0.06});

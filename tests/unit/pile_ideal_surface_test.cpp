@@ -180,7 +180,7 @@ TEST(IdealSurface, NoSectionReachesMuchFartherThanTheWhole) {
 }
 
 // A moving body counts for the line that it approaches, by its volume and its distance.
-TEST(IdealSurface, WhatIsOnItsWayCountsAsGone) {
+TEST(IdealSurface, MovingVolumeCountsAsGone) {
   const double slope = std::tan(radians(25)), size_m = 0.1;
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });

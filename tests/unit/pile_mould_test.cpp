@@ -225,7 +225,7 @@ TEST(Mould, AFillingThatNoGlueHoldsIsReplaced) {
 }
 
 // Two chambers; one is in the air.
-TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
+TEST(Mould, BodiesThatTouchOnlyTheMouldAreLeftOut) {
   SmallModel world;
   world.scene.frame_rate = 60;
   world.scene.step_s = 1.0 / 240;
@@ -400,7 +400,7 @@ TEST(Mould, APenetratingBodyIsRemoved) {
             guide_constants::kMostPenetration * world.model.shapes[shape].bounding_radius);
 }
 
-TEST(Mould, WhatIsHeldOtherwiseThanByGlueIsFilledOnce) {
+TEST(Mould, WithoutGlueAMouldIsFilledOnce) {
   SmallModel world;
   world.scene.guide.emplace().hold = HoldKind::freeze;
   world.body(world.box(Vec3::Constant(0.1)), world.material(0.3, 0.5), Vec3::Zero());

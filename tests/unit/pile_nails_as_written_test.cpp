@@ -144,7 +144,7 @@ TEST(NailsAsWritten, AllAroundABodyHaveToBeCandidates) {
 }
 
 // (6.1), with kinetic friction: a body that needs static friction is filtered out.
-TEST(NailsAsWritten, WhatNeedsMoreThanKineticFrictionIsFiltered) {
+TEST(NailsAsWritten, BodiesThatNeedMoreThanKineticFrictionAreFiltered) {
   for (const double kinetic_share : {0.8, 1.01}) {
     Column column(1);
     column.scene.guide->kinetic_share = kinetic_share;

@@ -66,7 +66,7 @@ TEST(UpsideDown, BodiesLieInsideAndOnTheBase) {
 }
 
 // 0.15 m^3 hold at most 150 cubes, and falling ones never pack that well.
-TEST(UpsideDown, WhatDoesNotFitLeavesTheModel) {
+TEST(UpsideDown, BodiesThatDoNotFitLeaveTheModel) {
   FilledBox filled(150);
   const GuideFilling filling = fill_guide(filled.scene, filled.model);
   EXPECT_GT(filling.kept, 60);
@@ -142,7 +142,7 @@ TEST(UpsideDown, ItFollowsGravityAndTheSeed) {
   }
 }
 
-TEST(UpsideDown, WhatFallsOutOfTheGuideIsNotKept) {
+TEST(UpsideDown, BodiesThatFallOutOfTheGuideAreNotKept) {
   FilledBox filled(5);
   std::erase_if(filled.model.guide.triangles, [&](const Triangle& triangle) {
     return std::ranges::all_of(

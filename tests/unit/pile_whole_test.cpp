@@ -103,7 +103,7 @@ TEST(PileEquilibrium, ATowerStandsUntilItOverhangsTooFar) {
 }
 
 // Forces that balance a pile balance each of its bodies.
-TEST(PileEquilibrium, WhatStandsAsAWholeStandsLocally) {
+TEST(PileEquilibrium, APileThatStandsAsAWholeStandsLocally) {
   const Pile pile = arch(0.6);
   const PileVerdict verdict = analyse_pile(pile.bodies, pile.contacts, Vec3::UnitY());
   ASSERT_EQ(verdict.kind, Kind::stable);

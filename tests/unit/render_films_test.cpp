@@ -131,7 +131,7 @@ TEST_F(FilmStores, OfMoreSamplesAreRefused) {
                                 HasSubstr("at most 4"), HasSubstr("--samples 5 or more")));
 }
 
-TEST_F(FilmStores, ThatAreTornAreRefused) {
+TEST_F(FilmStores, AreRefusedIfTorn) {
   draw(2);
   const std::string whole = read_file(file_);
   for (const size_t size : {size_t{0}, size_t{30}, whole.size() / 2, whole.size() - 1}) {

@@ -134,7 +134,7 @@ TEST(ContactSheet, LettersOfManyAlphabetsAreThemselves) {
   EXPECT_EQ(pictures.size(), letters.size());
 }
 
-TEST(ContactSheet, WhatHasNoLetterIsOneReplacementSign) {
+TEST(ContactSheet, AnUnknownCharacterIsOneReplacementSign) {
   const std::string sign = labelled("a\ufffdb");
   // Characters outside the font; invalid UTF-8: a lone byte, a truncated character; a control
   // character.

@@ -205,7 +205,7 @@ TEST(Passes, HalfOfABoxIsHidden) {
   EXPECT_GT(images.visibility[2].pixels_alone, 0u);
 }
 
-TEST(Passes, WhatIsSeenIsPartOfWhatIsThereAlone) {
+TEST(Passes, VisiblePartsBelongToTheBodySeenAlone) {
   DrawnScene scene;
   for (uint32_t i = 0; i < 60; ++i) {
     Philox random(6, Stream::test, i, 0);

@@ -52,7 +52,7 @@ TEST(SceneCameras, ResolvedIsTheSameAgainAndKeepsTheFocalLength) {
 }
 
 // Hashes of scenes older than these keys stay the same.
-TEST(SceneCameras, WhatIsNotSaidIsNotInTheResolvedScene) {
+TEST(SceneCameras, OmittedKeysAreNotInTheResolvedScene) {
   const std::string resolved =
       parse(with(R"("camera": {"position": [0, 1, 3], "target": [0, 0, 0]})")).resolved;
   for (const char* key : {"cameras", "focal", "sensor", "roll", "lens_shift"}) {

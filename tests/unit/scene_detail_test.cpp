@@ -85,7 +85,7 @@ TEST(SceneDetail, RulesNameBodiesThatMayBeSpheres) {
                   HasSubstr("/pairs/0/b: is \"b\", which is dynamic and must_impulse")));
 }
 
-TEST(SceneDetail, WhatLooksThroughTheCameraNeedsOne) {
+TEST(SceneDetail, RulesThatUseTheCameraNeedOne) {
   EXPECT_THAT(detail_problems(R"("distances_m": [5, 10])", ""),
               ElementsAre(HasSubstr("/distances_m: needs a camera")));
 }
@@ -100,7 +100,7 @@ TEST(SceneDetail, HingesInTheMixedMode) {
   EXPECT_THAT(problems(R"("mode": "impulse")", kCamera, hinge), IsEmpty());
 }
 
-TEST(SceneDetail, WhatBeginsAsleepIsDynamicAndNotHeld) {
+TEST(SceneDetail, BodiesThatStartAsleepAreDynamicAndNotHeld) {
   EXPECT_THAT(problems("", "", R"(, "asleep": true, "held": true)"),
               ElementsAre(HasSubstr("/bodies/0/asleep: stands beside \"held\"")));
   EXPECT_THAT(problems("", "", R"(, "asleep": true, "role": "static")"),

@@ -250,7 +250,7 @@ TEST(SceneErrors, MouldsAndGlue) {
   EXPECT_THAT(moulded(R"(, "rate_hz": 9)", guide), ElementsAre(HasSubstr("rate_hz")));
 }
 
-TEST(SceneErrors, WhatBulletCannotDo) {
+TEST(SceneErrors, LimitsOfBullet) {
   const std::string bullet = R"("simulator": {"engine": "bullet"})";
   EXPECT_THAT(problems(bullet), IsEmpty());
   const auto refused = [](const std::string& what) {

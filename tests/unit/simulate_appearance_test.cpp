@@ -83,7 +83,7 @@ TEST(AppearanceTime, IsTheScenesWhereThereIsRoom) {
   EXPECT_THAT(simulator->notes(), IsEmpty());
 }
 
-TEST(AppearanceTime, WhoNeverFindsRoomIsNamed) {
+TEST(AppearanceTime, BodiesThatNeverFindRoomAreNamed) {
   const SmallModel small = tap(0.15, 10, 4);
   const auto simulator = make_simulator(small.scene, small.model);
   for (int frame = 0; frame < 90; ++frame) simulator->step_frame();

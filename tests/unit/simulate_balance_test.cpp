@@ -97,7 +97,7 @@ TEST(Balance, ABallRollsDownTheSlightestSlope) {
 }
 
 // A body truly at rest sleeps in time: slightly more than three times the time of tipping over.
-TEST(Balance, WhatRestsSleeps) {
+TEST(Balance, RestingBodiesSleep) {
   for (const double degrees : {0.0, 10.0, 30.0}) {
     for (const double friction : {1.02, 1.5}) {
       SmallModel m;

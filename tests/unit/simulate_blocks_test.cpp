@@ -42,7 +42,7 @@ TEST_F(Blocks, AColumnThatIsTouchedStands) {
   }
 }
 
-TEST_F(Blocks, WhatIsOverTheEdgeByMoreThanHalfFalls) {
+TEST_F(Blocks, ABlockOverTheEdgeByMoreThanHalfFalls) {
   for (const double shift : {0.4, 0.6}) {
     scene_.bodies.resize(1);
     for (const auto& [name, x, y] :

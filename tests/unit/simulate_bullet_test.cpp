@@ -228,7 +228,7 @@ TEST(Bullet, ACompoundLiesOnItsPieces) {
   EXPECT_LT(states.orientation[1].angularDistance(turn.conjugate()), 0.01);
 }
 
-TEST(Bullet, WhatIsFastDoesNotPassAThinWall) {
+TEST(Bullet, FastBodiesDoNotPassAThinWall) {
   BulletModel m;
   const uint32_t steel = m.material(0.5, 0.3);
   m.body(m.box({0.02, 2, 2}), steel, {0, 0, 0}, Role::fixed);

@@ -71,7 +71,7 @@ class ControlOf : public testing::TestWithParam<Engine> {
   std::optional<BodyScript> script_;
 };
 
-TEST_P(ControlOf, WhatWasPutToSleepStandsLikeAWall) {
+TEST_P(ControlOf, ABodyPutToSleepActsAsAWall) {
   const auto simulator = directed([](BodyControl& control) { control.put_to_sleep(1); });
   const FrameStatistics statistics = run(*simulator, 20);
   EXPECT_LT((simulator->states().position[1] - Vec3(0, 0.1, 0)).norm(), 1e-8);
@@ -84,7 +84,7 @@ TEST_P(ControlOf, WhatWasPutToSleepStandsLikeAWall) {
       << "sleepers have energy too";
 }
 
-TEST_P(ControlOf, WhatIsPutToSleepStops) {
+TEST_P(ControlOf, ABodyPutToSleepStops) {
   balls_.model.bodies[1].pose.position.x() = 9;
   const auto simulator = directed([](BodyControl& control) {
     if (control.time_s() > 0.1) control.put_to_sleep(2);

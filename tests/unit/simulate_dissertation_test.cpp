@@ -73,7 +73,7 @@ TEST_F(Dissertation, OnLevelGroundBodiesEndInTheNearestRestPose) {
 
 // "If piled up on top of others, we do not do anything special": it stops in any pose, and does not
 // notice if its support leaves, but an impact moves it.
-TEST_F(Dissertation, WhatIsAtRestStaysUntilItIsHit) {
+TEST_F(Dissertation, ARestingBodyStaysUntilAnImpact) {
   add_ground();
   add_shape("ball", sphere_mesh(0.1, 3));
   add_body("ball", {0, 0.5, 0}).asleep = true;

@@ -97,7 +97,7 @@ int fallen_through(bool triangles, uint64_t seed) {
 
 // Rotation is followed to first order: after an impact at 60 m/s a stick turns by radians in a
 // step, and its other tip may pass unseen.
-TEST(FastBodies, WhatSpinsHardlyEverFallsThroughAThinFloor) {
+TEST(FastBodies, SpinningBodiesHardlyEverFallThroughAThinFloor) {
   constexpr int kSeeds = 16;  // four of them have 5 to 15 of 600, by chance
   for (const bool triangles : {false, true}) {
     int through = 0;

@@ -346,7 +346,7 @@ TEST(Impulse, AKinematicBodyTurnsAboutTheOriginOfItsShape) {
   EXPECT_NEAR((simulator->states().position[0] - expected).norm(), 0, 1e-9);
 }
 
-TEST(Impulse, WhatLiesOnAKinematicBodyStopsAndSleepsAfterIt) {
+TEST(Impulse, ABodyOnAKinematicOneStopsAndSleepsAfterIt) {
   const SmallModel m = box_on_a_belt(0.8, 0.5, 1);
   const auto simulator = make_simulator(m.scene, m.model);
   EXPECT_EQ(run(*simulator, 300).bodies_awake, 0);

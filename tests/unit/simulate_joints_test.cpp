@@ -220,7 +220,7 @@ TEST(Joints, BreakAtTheirForce) {
 }
 
 // A released body leaves and returns; a joint that broke before does not.
-TEST(Joints, WhatBrokeStaysBrokenWhenABodyIsReleased) {
+TEST(Joints, BrokenJointsStayBrokenWhenABodyIsReleased) {
   Jointed m;
   const uint32_t box = m.box({0.2, 0.2, 0.2});
   const uint32_t holder = m.add(box, {0, 0.1, 0}), weight = m.add(box, {0, -0.1, 0});

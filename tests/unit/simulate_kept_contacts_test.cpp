@@ -28,7 +28,7 @@ TEST(KeptContacts, StandInPlaceOfThoseOfTheSamePairOnly) {
             (std::vector<double>{8, 1, 2}));
 }
 
-TEST(KeptContacts, WhatWasApartBeforeStaysApart) {
+TEST(KeptContacts, SeparatePairsStaySeparate) {
   KeptContacts kept;
   kept.keep({contact(1, 0, 1)}, {contact(2, 1, 3), contact(1, 0, 5), contact(3, 1, 4)},
             [](uint32_t a, uint32_t) { return a != 3; });
@@ -42,7 +42,7 @@ TEST(KeptContacts, AnotherChangeAddsPairsAndKeepsTheFirst) {
   EXPECT_EQ(distances(kept, {contact(2, 0, 9)}), (std::vector<double>{1, 5}));
 }
 
-TEST(KeptContacts, WhatNoLongerHoldsIsForgotten) {
+TEST(KeptContacts, InvalidContactsAreForgotten) {
   KeptContacts kept;
   kept.keep({contact(1, 0, 1), contact(2, 1, 3)}, {contact(2, 0, 4)}, kAll);
   kept.forget([](uint32_t a, uint32_t b) { return a != 2 && b != 2; });

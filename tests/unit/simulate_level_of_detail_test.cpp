@@ -111,7 +111,7 @@ TEST_F(Levels, ACameraThatPullsBackPassesEachLimitOnce) {
   EXPECT_NEAR(changed_at[1], 22, 0.13);
 }
 
-TEST_F(Levels, WhatTheCameraDoesNotSeeHasItsOwnLevel) {
+TEST_F(Levels, BodiesOutOfViewHaveTheirOwnLevel) {
   scene_.simulator.detail.out_of_view = 3;
   const Model model = build_model(scene_);
   LevelSelector selector(scene_, model);

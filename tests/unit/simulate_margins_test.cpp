@@ -351,7 +351,7 @@ TEST(Margins, TheSmallerOfTwoBodiesTellsTheGap) {
 }
 
 // Over the edge of a thin slab of triangles, down to the ground: nothing hangs on the edge.
-TEST(Margins, WhatTipsOverAnEdgeFalls) {
+TEST(Margins, ABodyThatTipsOverAnEdgeFalls) {
   for (int i = 0; i < 20; ++i) {
     SmallModel m;
     const uint32_t wood = m.material(0.1, 0.3);

@@ -119,7 +119,7 @@ TEST_F(MixedAsWritten, AnExactNeighbourGetsWhatIsDrawn) {
 
 // Pairs that the table assigns to the exact engine are not sampled: cubes with overlapping spheres
 // continue until they touch.
-TEST_F(MixedAsWritten, WhatIsSolvedIsNotDrawn) {
+TEST_F(MixedAsWritten, SolvedPairsAreNotSampled) {
   by(Method::dissertation);
   scene_.gravity.setZero();
   for (const PairMethod near : {PairMethod::impulse, PairMethod::particle}) {

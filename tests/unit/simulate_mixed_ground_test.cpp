@@ -30,7 +30,7 @@ class MixedGround : public test::StatisticalScene {
 
 Quat about_z(double angle) { return Quat(Eigen::AngleAxisd(angle, Vec3::UnitZ())); }
 
-TEST_F(MixedGround, WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests) {
+TEST_F(MixedGround, ABodyHalfOnAMustImpulseOneAndHalfOnTheGroundRests) {
   add_shape("plate", box_mesh({0.6, 0.04, 0.3}));
   scene_.shapes["foot"] = BoxShape{{0.4, 0.03, 0.4}};
   add_exact("foot", {0, 0.015, 0}, Quat::Identity());
@@ -42,7 +42,7 @@ TEST_F(MixedGround, WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests) {
   EXPECT_LT(along.y(), -0.05);  // from the foot's edge down to the ground
 }
 
-TEST_F(MixedGround, WhatExactContactsCarryKeepsItsPose) {
+TEST_F(MixedGround, ABodyOnExactContactsKeepsItsPose) {
   // A cube on its edge in a groove at 45 degrees. The ground, which a rule leaves to spheres, would
   // turn it onto a face.
   constexpr double kHalf = 0.1;
@@ -59,7 +59,7 @@ TEST_F(MixedGround, WhatExactContactsCarryKeepsItsPose) {
   EXPECT_LT(states().orientation[3].angularDistance(about_z(kPi / 4)), 0.01);
 }
 
-TEST_F(MixedGround, WhatLiesOnAnEdgeTipsOverIt) {
+TEST_F(MixedGround, ABodyOnAnEdgeTipsOverIt) {
   // A plate, too thick to be solved there, stands in a slot, and another one lies on its edge: the
   // rolling resistance of level plates does not hold it.
   add_shape("plate", box_mesh({0.6, 0.18, 0.6}));
@@ -133,7 +133,7 @@ TEST_F(MixedRings, AreEllipsoidsBesideAPost) {
   EXPECT_GT((states().position[3] - states().position[2]).norm(), 0.06);
 }
 
-TEST_F(MixedRings, WhatLiesOnTheEdgeOfOneThatHangsTipsOver) {
+TEST_F(MixedRings, ARingOnTheEdgeOfAHangingOneTipsOver) {
   // Ellipsoids with such rolling resistance would stay.
   change_packing("ring", [](Packing& packing) { packing.rolling = 8; });
   scene_.shapes["hook"] = BoxShape{{0.3, 0.05, 0.1}};

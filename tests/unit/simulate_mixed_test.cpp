@@ -156,7 +156,7 @@ TEST_F(Mixed, NoSphereReachesAMustImpulseBody) {
   EXPECT_GT(figures["entries"], 0);
 }
 
-TEST_F(Mixed, WhatIsNearCarriesSpheresAndAllComeToRest) {
+TEST_F(Mixed, NearBodiesCarrySpheresAndAllComeToRest) {
   use_level(PairMethod::particle);
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   for (const double x : {-0.13, 0.13}) {
@@ -259,7 +259,7 @@ TEST_F(Mixed, ChainsOfExactAndSphereContactsKeepMomentum) {
   for (const Vec3& velocity : states().linear_velocity) EXPECT_NEAR(velocity.x(), 0.5, 0.02);
 }
 
-TEST_F(Mixed, WhatLiesByContactsOfBothKindsComesToRest) {
+TEST_F(Mixed, ABodyWithContactsOfBothKindsComesToRest) {
   // A heap of spheres in an exact pit.
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   for (const double side : {-1.0, 1.0}) {
@@ -274,7 +274,7 @@ TEST_F(Mixed, WhatLiesByContactsOfBothKindsComesToRest) {
   EXPECT_EQ(statistics.kinetic_energy_j, 0);
 }
 
-TEST_F(Mixed, WhatIsNearStandsOnTheGroundAsItIs) {
+TEST_F(Mixed, NearBodiesStandOnTheGroundInTheirShape) {
   // Two crossed sticks, upright as an X, on a ground for spheres.
   scene_.shapes["stick"] = BoxShape{{1, 0.1, 0.1}};
   const Quat quarter(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()));

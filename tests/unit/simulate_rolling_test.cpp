@@ -208,7 +208,7 @@ TEST(Rolling, TheSmallerBodyTellsTheRadius) {
   EXPECT_NEAR(simulator->states().position[1].x(), 0.25 / (2 * braking), 0.01 * 0.178);
 }
 
-TEST(Rolling, WhatIsSavedGoesOnAlike) {
+TEST(Rolling, ASavedStateContinuesAlike) {
   SmallModel m = ground(rolls(0.1, 0.1), 0.09);
   const uint32_t ball = m.sphere(0.05);
   for (int i = 0; i < 5; ++i) {

@@ -154,7 +154,7 @@ TEST(Seams, OfATiltedFloorAreNotFelt) {
   expect_level(lay_tiles, {0, 0, 0}, {2, 0, 1.5}, about({1, 0.3, 2}, 12), 2e-4);
 }
 
-TEST(Seams, ThatEndInTheMiddleOfAFaceAreNotFelt) {
+TEST(Seams, InTheMiddleOfAFaceAreNotFelt) {
   expect_level(
       [](Smooth& m) {
         m.block({2, 2, 2}, 0, 0);
@@ -246,7 +246,7 @@ TEST(Seams, OfClosedMeshesAreNotFelt) {
 }
 
 // Wheels roll over them as over one surface.
-TEST(Seams, WhatRollsKeepsItsSpeed) {
+TEST(Seams, RollingBodiesKeepTheirSpeed) {
   for (const auto& [is_ball, is_mesh] :
        {std::pair(true, false), {false, false}, {true, true}, {false, true}}) {
     for (const double speed : kSpeeds) {
@@ -327,7 +327,7 @@ TEST(Seams, WallAndFloorBothHold) {
 }
 
 // A body that falls on a seam, slowly or fast, by a corner or flat, rests on the floor.
-TEST(Seams, WhatFallsOnASeamLiesOnIt) {
+TEST(Seams, ABodyThatFallsOnASeamRestsOnIt) {
   for (const double speed : {0.0, 10.0}) {
     for (int i = 0; i < 6; ++i) {
       Smooth m;

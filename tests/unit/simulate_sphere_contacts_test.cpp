@@ -61,7 +61,7 @@ TEST_F(ParticleContacts, EachSideOfAGrooveGoesOnWithItsOwnPush) {
 }
 
 // A sleeper is found at the first touch, however little the bodies move in a step.
-TEST_F(ParticleContacts, WhatComesToLieOnSleepersIsCarried) {
+TEST_F(ParticleContacts, SleepersCarryBodiesThatComeToRestOnThem) {
   scene_.step_s = 1.0 / 240;
   scene_.frame_rate = 240;
   add_ground();

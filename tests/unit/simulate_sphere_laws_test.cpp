@@ -51,7 +51,7 @@ class SphereLaws : public test::SceneRun {
   double radius_m_ = 0;
 };
 
-TEST_F(SphereLaws, WhatLiesStillSleepsAfterThreeOfItsTimes) {
+TEST_F(SphereLaws, ARestingBodySleepsAfterThreeOfItsTimes) {
   for (const double radius_m : {0.01, 0.1, 1.0}) {
     SCOPED_TRACE(radius_m);
     scene_.bodies.clear();
@@ -99,7 +99,7 @@ TEST_F(SphereLaws, PenetratingSpheresStopHalfAPercentOfTheRadiusDeep) {
   EXPECT_NEAR(depth(), 0.005, 0.001);
 }
 
-TEST_F(SphereLaws, WhatBouncesWithoutLossKeepsItsHeight) {
+TEST_F(SphereLaws, ALosslessBounceKeepsItsHeight) {
   for (const double step_s : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
     SCOPED_TRACE(step_s);
     scene_.bodies.clear();
@@ -119,7 +119,7 @@ TEST_F(SphereLaws, WhatBouncesWithoutLossKeepsItsHeight) {
   }
 }
 
-TEST_F(SphereLaws, WhatDoesNotBounceStopsAtTheSurface) {
+TEST_F(SphereLaws, ABodyWithoutBounceStopsAtTheSurface) {
   for (const double step_s : {1.0 / 60, 1.0 / 240}) {
     SCOPED_TRACE(step_s);
     scene_.bodies.clear();

@@ -60,7 +60,7 @@ TEST_F(Statistical, SpinsHaveTheEnergyOfTheBody) {
 }
 
 // The signature gives the share of a sampled rebound from a surface that is kept.
-TEST_F(Statistical, WhatHitsASurfaceReboundsAsItsSignatureSays) {
+TEST_F(Statistical, AReboundFromASurfaceFollowsTheSignature) {
   constexpr double kRadius = 0.1;
   scene_.materials["stuff"].restitution = 0.8;
   add_ground();
@@ -134,7 +134,7 @@ TEST_F(Statistical, BodiesOnASlopeLieOnIt) {
 }
 
 // A pole that spins on its tip, or rolls over it too slowly, falls over.
-TEST_F(Statistical, WhatCannotRollOverItsTipFallsOver) {
+TEST_F(Statistical, ABodyThatCannotRollOverItsTipFallsOver) {
   add_ground();
   add_shape("pole", box_mesh({0.04, 0.6, 0.04}));
   add_body("pole", {0, 0.3, 0}).angular_velocity = {0, 6, 0};
@@ -182,7 +182,7 @@ TEST_F(Statistical, OnTheSeamOfTwoFloorsBodiesEndInARestPose) {
 }
 
 // A body pressed against a wall turns to lie against it, at the signature's rate.
-TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
+TEST_F(Statistical, ABodyThatLeansOnAWallTurnsToIt) {
   const auto mean_tilt = [&](double leaning) {
     change_packing("box", [&](Packing& packing) { packing.leaning = leaning; });
     start();
@@ -231,7 +231,7 @@ TEST_F(Statistical, ImpactsTurnPlatesLevel) {
 }
 
 // Slowly, at 0.03 of that rate, for bodies on others.
-TEST_F(Statistical, WhatLiesOnOthersGoesOnTurning) {
+TEST_F(Statistical, ABodyOnOthersContinuesToTurn) {
   add_ground();
   add_shape("slab", box_mesh({1, 0.2, 1}));
   add_shape("plate", box_mesh({0.2, 0.05, 0.2}));
@@ -411,7 +411,7 @@ TEST_F(Statistical, WithoutRestControlBodiesStopAsTheyAre) {
 
 // A tilted cube that moves on a floor at this speed in sqrt(g r): its rotation towards a face in a
 // tenth of a second, rad.
-TEST_F(Statistical, WhatIsSlowerThanTwoFifthsOfAFallIsTurned) {
+TEST_F(Statistical, ABodySlowerThanTwoFifthsOfAFallIsTurned) {
   const auto turned_rad = [&](double speed) {
     scene_.bodies.clear();
     const double speed_m_s = speed * std::sqrt(9.81 * 0.1 * std::sqrt(3));
@@ -435,7 +435,7 @@ TEST_F(Statistical, WhatIsSlowerThanTwoFifthsOfAFallIsTurned) {
 }
 
 // The same on moving and fixed ground.
-TEST_F(Statistical, WhatCarriesAnotherDoesNotTipOver) {
+TEST_F(Statistical, ALoadedBodyDoesNotTipOver) {
   add_shape("cube", box_mesh(Vec3::Constant(0.2)));
   change_packing("cube", [](Packing& packing) { packing.turning = 0; });
   scene_.shapes["floor"] = BoxShape{{20, 0.2, 20}};
@@ -493,7 +493,7 @@ TEST_F(Statistical, APileStandsAndSleeps) {
 }
 
 // The boxes on the ground that others keep from their pose: their mean distance from it.
-TEST_F(Statistical, WhatOthersLeanOnTurnsTowardsAPose) {
+TEST_F(Statistical, ABodyUnderOthersTurnsTowardsAPose) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
   add_grid("box", {8, 6, 8}, {0.3, 0.3, 0.3}, {0, 1.1, 0});
@@ -554,7 +554,7 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
 // Down a slope too steep for rolling: g (sin - mu cos). On a great ball, rolling resistance
 // increases friction; a smooth surface does not. Uses balls, so that they stay in contact while
 // they turn.
-TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
+TEST_F(Statistical, RollingResistanceIncreasesFrictionOnBodies) {
   constexpr double kRolling = 0.3, kRadius = 0.1, kHill = 20;
   const double slope = radians(80), gravity = 9.81, seconds = 0.25;
   scene_.step_s = 1.0 / 60;
@@ -612,7 +612,7 @@ TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {
   EXPECT_LT(states().position[1].y(), 0);
 }
 
-TEST_F(Statistical, WhatLiesOnABodyThatIsRemovedComesDown) {
+TEST_F(Statistical, ABodyComesDownWhenItsSupportIsRemoved) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
   const std::string lower = add_body("box", {0, 0.1, 0}).name;
@@ -626,7 +626,7 @@ TEST_F(Statistical, WhatLiesOnABodyThatIsRemovedComesDown) {
   EXPECT_NEAR(states().position[2].y(), 0.1, 2e-3);
 }
 
-TEST_F(Statistical, WhatLiesOnABodyThatIsPushedAwayComesDown) {
+TEST_F(Statistical, ABodyComesDownWhenItsSupportIsPushedAway) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
   const std::string lower = add_body("box", {0, 0.1, 0}).name;

@@ -45,7 +45,7 @@ TEST_F(Structure, SleepersFallWhenWhatTheyStandOnGoes) {
   EXPECT_LT(states().position[2].y(), kSide);
 }
 
-TEST_F(Structure, WhatStandsOnALowerOneThatGoesWakesWithItsLoad) {
+TEST_F(Structure, ABodyWakesWithItsLoadWhenItsSupportGoes) {
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
   Emitter& tower = add_grid("cube", {1, 5, 1}, {1, kSide, 1}, {0, 2.5 * kSide, 0});
   tower.asleep = true;
@@ -75,7 +75,7 @@ TEST_F(Structure, StructuresThatAreTouchedKeepTheirSize) {
   }
 }
 
-TEST_F(Structure, WhatLeavesAStructureIsAsWideAsInAHeap) {
+TEST_F(Structure, ABodyThatLeavesAStructureIsAsWideAsInAHeap) {
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
   Emitter& pair = add_grid("cube", {1, 2, 1}, {1, kSide, 1}, {0, kSide, 0});
   pair.asleep = true;

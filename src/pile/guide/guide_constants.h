@@ -5,7 +5,7 @@
 // Range: each constant works from half to twice its value, unless "half" or "twice" name a test
 // that fails there (measured by tests/mutation/constants.py; docs/lab/constants.md says how far
 // beyond it was tried). Pinned hashes do not count: they notice any change. "base" is
-// UpsideDown.BodiesLieInsideAndOnTheBase, "fit" UpsideDown.WhatDoesNotFitLeavesTheModel.
+// UpsideDown.BodiesLieInsideAndOnTheBase, "fit" UpsideDown.BodiesThatDoNotFitLeaveTheModel.
 //
 // Origin: chosen by hand when the part was written, unless stated otherwise; each section names the
 // structures it was tried on.
@@ -28,8 +28,8 @@ inline constexpr double kMostOverlap = 0.03;
 inline constexpr uint64_t kMostStart = 5;
 
 // Contacts that close more slowly than this, in sqrt(g r), are no impacts: a body that rests on a
-// fixed one still trembles. half: Guide.WhatComesSlowlyIsNoHit; twice:
-// Guide.WhatComesAtASixthOfItsFallIsAHit
+// fixed one still trembles. half: Guide.ASlowContactIsNoImpact; twice:
+// Guide.ASixthOfAFallIsAnImpact
 inline constexpr double kTouch = 0.1;
 
 // --- Nails as in the dissertation (6.2.2): an impulse above this times the mass of its body, m/s,
@@ -97,7 +97,7 @@ inline constexpr double kPoke = 0.02;
 // Speed of a resting body, sqrt(g r). half: none; twice: base
 inline constexpr double kSlow = 0.05;
 // Longest time after the last drop, sqrt(h / g). half, twice: none (a tenth: base,
-// UpsideDown.WhatFallsOutOfTheGuideIsNotKept)
+// UpsideDown.BodiesThatFallOutOfTheGuideAreNotKept)
 inline constexpr double kSettle = 6;
 // Initial speed, sqrt(g r). half: base; twice: fit
 inline constexpr double kDropSpeed = 2;

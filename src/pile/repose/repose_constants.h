@@ -6,7 +6,7 @@
 // that fails there (measured by tests/mutation/constants.py; docs/lab/constants.md says how far
 // beyond it was tried). Pinned hashes do not count: they notice any change. The tests are those of
 // unit_pile; "rim" is PileInAContainer.RisesOverTheRimAndSpills, "under"
-// PileWaking.WhatLiesUnderTheSurfaceSleepsOn, "levels"
+// PileWaking.BodiesUnderTheSurfaceKeepSleeping, "levels"
 // MixedPiles.SleepersStayWhereTheyAreWhenTheirLevelChanges.
 //
 // Origin: chosen by hand on all presets of presets/repose, for angles near the requested ones, no
@@ -71,7 +71,7 @@ inline constexpr double kRestSpeed = 0.12;  // speed of slow bodies
 inline constexpr uint8_t kSlowDecisions = 3;
 // half, twice: none
 inline constexpr uint8_t kStillDecisions = 20;  // after which nothing can move the body any more
-// half: none; twice: PileSleep.WhatIsPressedIntoASleeperWakesIt,
+// half: none; twice: PileSleep.ABodyPressedIntoASleeperWakesIt,
 // PileSleep.PenetratingAndUnsupportedBodiesDoNotSleep,
 // PileWaking.AStillBodyIsLeftItsGraceAndThenSleepsAgain
 inline constexpr double kPenetratingShare = 0.04;  // of the smallest extent: too deep to sleep
@@ -87,7 +87,7 @@ inline constexpr double kMovedSpeed = 0.1;  // speed of bodies that an impact wa
 inline constexpr double kHoldRate = 3;  // rate of braking inside the pile
 // half, twice: none
 inline constexpr double kHoldTurnRate = 0.5;
-// half: PileSteering.WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked; twice: none
+// half: PileSteering.BodiesAboveSlideDownAndBodiesInsideAreBraked; twice: none
 inline constexpr double kHoldFriction = 1;
 // half: none; twice: levels, rim
 inline constexpr double kSettleRate = 5;  // rate of braking horizontal motion during bounces
@@ -103,8 +103,8 @@ inline constexpr double kSpillPush = 0.5;  // share of gravity, down the slope
 // Least cosine of a contact that carries load to the vertical. half, twice: none
 inline constexpr double kUpward = 0.2;
 // In smallest extents: largest gap of a contact that carries load. half:
-// PileSupport.WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot, rim; twice:
-// PileSupport.WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot
+// PileSupport.NearContactsGroundAndFartherOnesDoNot, rim; twice:
+// PileSupport.NearContactsGroundAndFartherOnesDoNot
 inline constexpr double kTouchShare = 0.03;
 
 // half: levels; twice: rim
@@ -115,7 +115,7 @@ inline constexpr double kBearingTolerance = 0.1;  // rad
 // --- Piles
 
 // half: PileSteering.ABounceBetweenTwoDecisionsIsATouch, levels, rim; twice:
-// PileSteering.WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked, under
+// PileSteering.BodiesAboveSlideDownAndBodiesInsideAreBraked, under
 inline constexpr double kCell = 0.35;  // of the height field
 // half: PileInAContainer.StaysInsideUntilItIsFull,
 // PileWaking.AnAvalancheWakesWhatExceedsTheSurfaceAndNothingElse, rim; twice: rim

@@ -20,10 +20,10 @@ inline constexpr double kLeaveMargin = 0.1;
 // is inside. half: none; twice, which is never: MixedRings.AreBallsBesideAPost
 inline constexpr double kWithin = 0.75;
 // A body stands on its edge or end if its ellipsoid's shortest half axis is less than this share of
-// its upward reach. half: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver; twice: none
+// its upward reach. half: MixedRings.ARingOnTheEdgeOfAHangingOneTipsOver; twice: none
 inline constexpr float kOnEdge = 0.2F;
 // A body may tip onto it if the direction up to it is steeper than this (cosine). half: none;
-// twice, which is never: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver
+// twice, which is never: MixedRings.ARingOnTheEdgeOfAHangingOneTipsOver
 inline constexpr float kOverEdge = 0.7F;
 
 // --- Exchange between the engines. Tried on boxes that lie half on must-impulse bodies, half on

@@ -23,7 +23,7 @@ namespace pilesim::sphere_constants {
 // Structure.StructuresThatAreTouchedKeepTheirSize
 inline constexpr float kRestSpeed = 0.05F;
 // It sleeps after this time, in sqrt(r / g), in which more than half of its weight was supported.
-// half, twice: SphereLaws.WhatLiesStillSleepsAfterThreeOfItsTimes
+// half, twice: SphereLaws.ARestingBodySleepsAfterThreeOfItsTimes
 inline constexpr float kRestTime = 3;
 // A body stands on another one if the direction up to it is steeper than this (cosine). half,
 // twice: SphereSupports.AreWhatIsSteeplyBelow
@@ -42,7 +42,7 @@ inline constexpr float kNearby = 0.02F;
 inline constexpr float kSameContact = 0.8F;
 // In sqrt(g r): a body that approaches faster collides. A slower one rests with friction and
 // rolling resistance, and wakes nothing. half:
-// Statistical.WhatLiesOnABodyThatIsPushedAwayComesDown; twice: heap,
+// Statistical.ABodyComesDownWhenItsSupportIsPushedAway; twice: heap,
 // Structure.ASmallHitWakesOnlyWhatItCanMove
 inline constexpr float kImpactSpeed = 0.3F;
 // In a step's gravity: a body that approaches more slowly only falls. half, twice: heap
@@ -62,21 +62,21 @@ inline constexpr float kPositionTimeInFlight = 0.03F;
 inline constexpr int kPositionSweeps = 2;  // half: heap; twice: none
 // Separation from surfaces is this many times faster than between spheres, so that no mesh
 // visibly stays in a wall. half: Statistical.AtRestNothingReachesThroughAWall; twice:
-// Statistical.WhatOthersLeanOnTurnsTowardsAPose
+// Statistical.ABodyUnderOthersTurnsTowardsAPose
 inline constexpr float kFirmness = 2;
 
 // --- Rest poses. Tried on bodies that fall side by side (presets/statistical/rest_control.json)
 // and on the heaps.
 
 // Bodies slower than this, in sqrt(g r), are turned to a pose. half: none (a cube's tip is higher);
-// twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
+// twice: Statistical.ABodySlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kControlSpeed = 0.4F;
 // So are bodies slower than this share of the speed that would lift them from their lowest pose
-// onto their tip. half: heap, Statistical.WhatCannotRollOverItsTipFallsOver; twice:
-// Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
+// onto their tip. half: heap, Statistical.ABodyThatCannotRollOverItsTipFallsOver; twice:
+// Statistical.ABodySlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kOver = 0.5F;
 // Turning rate, in sqrt(g / r): the mean for a body that tips over. half:
-// Statistical.WhatCarriesAnotherDoesNotTipOver; twice: none
+// Statistical.ALoadedBodyDoesNotTipOver; twice: none
 inline constexpr float kTurnRate = 0.4F;
 // An impact that changes a velocity by more than this, in sqrt(g r), turns the body no farther.
 // half, twice: none
@@ -85,10 +85,10 @@ inline constexpr float kHardImpact = 2;
 // none
 inline constexpr float kHeld = 0.1F;
 // A body on others turns as after an impact with this share of the velocity that falling would give
-// it. half, twice: Statistical.WhatLiesOnOthersGoesOnTurning
+// it. half, twice: Statistical.ABodyOnOthersContinuesToTurn
 inline constexpr float kTurningAtRest = 0.03F;
 // In sqrt(g r): how fast radii change, also for bodies in a structure or of another engine. half:
-// MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
+// MixedGround.ABodyHalfOnAMustImpulseOneAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
 // In heights: on slopes a body keeps its pose if its base is below its centre by at least this.
 // half, twice: none
@@ -105,7 +105,7 @@ inline constexpr double kHullShare = 0.35;
 // twice: not tried since signatures have their own
 inline constexpr double kRolling = 0.35;
 // A body that resists rolling also catches on others: friction grows by this share of its
-// resistance. half, twice: Statistical.WhatSlidesOnABodyRubsMoreIfItResistsRolling
+// resistance. half, twice: Statistical.RollingResistanceIncreasesFrictionOnBodies
 inline constexpr double kInterlocking = 4.0 / 7;
 
 // Ratio of the squared semi-axes up to which a body counts as a ball among others: speed. half,
