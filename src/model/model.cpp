@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/parallel_for.h"
 #include "core/text.h"
+#include "geometry/cache_file.h"
 #include "geometry/inside_test.h"
 #include "json/codec.h"
 #include "model/clear_starts.h"
@@ -201,10 +202,24 @@ class ModelBuilder {
     }
   }
 
+  // The solid of what is drawn of a shape of the scene, in its own frame.
+  Solid inside_of_shape(const std::string& name) {
+    ModelShape shape = build_shape(scene_, name, meshes_);
+    count_triangles(shape);
+    for (Vec3& vertex : shape.mesh.vertices) vertex += shape.origin_offset;
+    shape.mesh.groups.clear();
+    try {
+      return make_solid(shape.mesh, {}, user_cache_directory());
+    } catch (const Error& error) {
+      throw at_pointer(error, kGuidePointer);
+    }
+  }
+
   void load_guide() {
     const std::optional<Guide>& guide = scene_.guide;
-    if (!guide || !guide->file) return;
-    const Solid& solid = inside_of(*guide->file, guide->scale, kGuidePointer);
+    if (!guide || guide->is_everywhere()) return;
+    const Solid solid = guide->file ? inside_of(*guide->file, guide->scale, kGuidePointer)
+                                    : inside_of_shape(*guide->shape);
     model_.guide = solid.mesh;
     for (Vec3& vertex : model_.guide.vertices) vertex = guide->pose.apply(vertex);
     const Vec3 size = model_.guide.bounds().sizes();
@@ -212,10 +227,10 @@ class ModelBuilder {
                           " x " + with_digits(size.z(), 3) + " m, " +
                           with_digits(mass_properties(model_.guide).volume_m3, 3) + " m3";
     if (solid.way == SolidWay::as_it_is) return;
-    model_.guide_report +=
-        "; solid: " + solid.note + ", volume error " +
-        with_digits(100 * volume_error(meshes_.load(*guide->file, guide->scale), solid.mesh), 2) +
-        " %";
+    const TriangleMesh given = guide->file ? meshes_.load(*guide->file, guide->scale)
+                                           : build_shape(scene_, *guide->shape, meshes_).mesh;
+    model_.guide_report += "; solid: " + solid.note + ", volume error " +
+                           with_digits(100 * volume_error(given, solid.mesh), 2) + " %";
   }
 
   // That it can hold something.
@@ -229,7 +244,7 @@ class ModelBuilder {
     const double size = model_.guide.bounds().sizes().maxCoeff();
     if (size >= 2 * largest) return;
     throw Error(ErrorKind::input,
-                Problem{.file = scene_.guide->file->string(),
+                Problem{.file = scene_.guide->file_name(),
                         .pointer = kGuidePointer,
                         .found = "is smaller than a body: " + std::to_string(size) + " m against " +
                                  std::to_string(2 * largest) + " m",

@@ -20,6 +20,7 @@
 #include "geometry/surface_distance.h"
 #include "json/json_text.h"
 #include "model/furniture.h"
+#include "model/solid_shapes.h"
 
 namespace pilesim {
 
@@ -203,23 +204,14 @@ class MeshShapeBuilder {
   void add_pieces_of(const FittedPrimitive& fitted) {
     using Kind = CollisionPiece::Kind;
     using Form = FittedPrimitive::Kind;
-    const auto add = [&](Kind kind, const Pose& pose, const Vec3& size) {
-      shape_.pieces.push_back({.kind = kind, .pose = pose, .size = size});
-    };
-    if (fitted.kind != Form::capsule) {
-      const Kind kind = fitted.kind == Form::ball  ? Kind::sphere
-                        : fitted.kind == Form::box ? Kind::box
-                                                   : Kind::cylinder;
-      return add(kind, fitted.pose, fitted.size);
+    if (fitted.kind == Form::capsule) {
+      shape_.pieces = capsule_pieces(fitted.pose, fitted.size.x(), fitted.size.y());
+      return;
     }
-    // Two balls with a cylinder between; a flat one would be no more than 0.5 % of the radius.
-    constexpr double kFlat = 0.2;  // of the radius
-    const double radius = fitted.size.x(), straight = fitted.size.y() - 2 * radius;
-    for (const double side : {-1.0, 1.0}) {
-      const Vec3 centre = fitted.pose.apply({0, side * straight / 2, 0});
-      add(Kind::sphere, {centre, fitted.pose.orientation}, Vec3::Constant(radius));
-    }
-    if (straight > kFlat * radius) add(Kind::cylinder, fitted.pose, {radius, straight, radius});
+    const Kind kind = fitted.kind == Form::ball  ? Kind::sphere
+                      : fitted.kind == Form::box ? Kind::box
+                                                 : Kind::cylinder;
+    shape_.pieces.push_back({.kind = kind, .pose = fitted.pose, .size = fitted.size});
   }
 
   void note_if_coarse(double volume_error) {
@@ -335,6 +327,33 @@ ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh m
   shape.pieces.push_back(primitive_piece(kind, size));
   finish(shape);
   shape.collision_report = "1 piece, exact";
+  return shape;
+}
+
+// None: `source` is made in another way.
+std::optional<SolidShape> solid_shape_at(const std::string& pointer, const Shape& source) {
+  try {
+    return solid_shape(source);
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) problem.pointer = pointer;
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
+ModelShape build_solid(SolidShape solid) {
+  ModelShape shape;
+  shape.mesh = std::move(solid.mesh);
+  shape.mass = solid.mass;
+  shape.pieces = std::move(solid.pieces);
+  shape.collision_report = std::move(solid.collision_report);
+  finish(shape);
+  // Pieces of rings reach out of their mesh.
+  for (const CollisionPiece& piece : shape.pieces) {
+    for (const Vec3& vertex : piece.hull.vertices) {
+      shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
+    }
+  }
   return shape;
 }
 
@@ -537,6 +556,8 @@ ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary&
   } else if (std::holds_alternative<PlaneShape>(source)) {
     shape.is_plane = true;
     shape.collision_report = "half-space, exact";
+  } else if (std::optional<SolidShape> solid = solid_shape_at(shape_pointer(name), source)) {
+    shape = build_solid(std::move(*solid));
   } else {
     shape = build_furniture(furniture_parts(source));
   }

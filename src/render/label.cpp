@@ -9,16 +9,7 @@
 #include <vector>
 
 #include "core/utf8.h"
-
-// The font file as it is.
-asm(R"(.section .rodata
-.global pilesim_label_font
-.balign 16
-pilesim_label_font:
-.incbin ")" PILESIM_LABEL_FONT R"("
-.previous
-)");
-extern "C" const unsigned char pilesim_label_font[];
+#include "geometry/default_font.h"
 
 namespace pilesim {
 namespace {
@@ -29,7 +20,7 @@ class Font {
  public:
   // Letters from the lowest descender to the highest ascender take `line` pixels.
   explicit Font(int line) {
-    stbtt_InitFont(&info_, pilesim_label_font, 0);
+    stbtt_InitFont(&info_, reinterpret_cast<const unsigned char*>(default_font().data()), 0);
     int ascent = 0, descent = 0, gap = 0;
     stbtt_GetFontVMetrics(&info_, &ascent, &descent, &gap);
     scale_ = stbtt_ScaleForPixelHeight(&info_, static_cast<float>(line));

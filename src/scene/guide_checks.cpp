@@ -63,7 +63,7 @@ void check_guide(const Scene& scene, ProblemLog& log) {
     const Emitter& emitter = scene.emitters[i];
     const Path place = emitters / i;
     if (!fills_guide(emitter)) continue;
-    if (!scene.guide || !scene.guide->file) {
+    if (!scene.guide || scene.guide->is_everywhere()) {
       log.report(place, "fills a guide, and the scene has none with a mesh",
                  R"("guide": {"file": ...} in the scene)");
     }

@@ -66,6 +66,36 @@ struct SphereShape {
 struct CylinderShape {
   double radius = 0, height = 0;  // > 0, axis y
 };
+// Between a circle of `radius` at -height / 2 and one of `top_radius`, which may be 0.
+struct ConeShape {
+  double radius = 0, height = 0;  // > 0, axis y
+  double top_radius = 0;          // >= 0
+};
+struct CapsuleShape {
+  double radius = 0;  // > 0
+  double height = 0;  // over all, > 2 radius; axis y
+};
+struct TorusShape {
+  double radius = 0;       // from the axis y to the middle of the tube
+  double tube_radius = 0;  // > 0, < radius
+};
+// Open at both ends.
+struct TubeShape {
+  double radius = 0, height = 0;  // outer, > 0, axis y
+  double thickness = 0;           // of the wall, > 0, < radius
+};
+// Half of a box about its centre, which rises from +z to -z.
+struct WedgeShape {
+  Vec3 size = Vec3::Zero();  // full edge lengths, > 0
+};
+inline constexpr size_t kLongestText = 100;  // characters
+// Letters in a line in the x-y plane, about the centre of their bounds.
+struct TextShape {
+  std::string text;                           // not blank, at most kLongestText characters
+  double height = 0;                          // of a capital letter, > 0
+  double depth = 0;                           // along z, > 0
+  std::optional<std::filesystem::path> font;  // absolute; none: the program's own
+};
 struct PlaneShape {};  // the half-space y <= 0 of the body; static only
 struct CompoundPart {
   std::string shape;  // not a plane, not a compound
@@ -100,9 +130,9 @@ struct TerrainShape {
   std::array<double, 2> size = {0, 0};    // along x and z, m, > 0
   std::array<double, 2> height = {0, 0};  // of black and of white, m
 };
-using Shape =
-    std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, PlaneShape, CompoundShape,
-                 BinShape, TableShape, ShelfShape, StairsShape, TerrainShape>;
+using Shape = std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, ConeShape, CapsuleShape,
+                           TorusShape, TubeShape, WedgeShape, TextShape, PlaneShape, CompoundShape,
+                           BinShape, TableShape, ShelfShape, StairsShape, TerrainShape>;
 
 enum class Role { dynamic, fixed, kinematic };  // scene files say "static" for fixed
 
@@ -379,9 +409,10 @@ enum class HoldKind { glue, freeze, nail };
 // A pile kept in a shape until something knocks it down (dissertation, chapter 6; docs/guides.md).
 // Defaults are the project's own; docs/equilibrium.md has the dissertation's.
 struct Guide {
-  std::optional<std::filesystem::path> file;  // absolute, a closed mesh; none: everywhere
+  std::optional<std::filesystem::path> file;  // absolute, a closed mesh
   double scale = 1;                           // metres per unit of the file, > 0
-  Pose pose;                                  // of the mesh file's frame in the world
+  std::optional<std::string> shape;           // of the scene, instead; neither: everywhere
+  Pose pose;                                  // of the frame of file or shape in the world
   bool control = true;                        // false: bodies are analysed and not held
   HoldKind hold = HoldKind::glue;
   double alpha = 0.5;  // of nails: (6.2), in r^2, >= 0
@@ -395,6 +426,9 @@ struct Guide {
   bool neighbours = true;          // all that touch it must be fit to be held too
   double most_speed = 0.25;        // of a body that is held, in sqrt(g r)
   double break_speed = 0.3;        // of a hit, in sqrt(g r): see docs/equilibrium.md
+
+  bool is_everywhere() const { return !file && !shape; }
+  std::string file_name() const { return file ? file->string() : ""; }  // for messages
 };
 
 // A point of the ground plan: (x, z), m.

@@ -5,9 +5,11 @@
 #include <charconv>
 #include <filesystem>
 #include <set>
+#include <string_view>
 
 #include "core/counted.h"
 #include "core/text.h"
+#include "core/utf8.h"
 #include "json/codec.h"
 #include "scene/detail_checks.h"
 #include "scene/engine_checks.h"
@@ -79,7 +81,7 @@ class Checker {
       if (const auto* compound = std::get_if<CompoundShape>(&shape)) {
         check_compound(*compound, place / "parts");
       }
-      if (log_.is_sound(place)) check_furniture(shape, place);
+      if (log_.is_sound(place)) check_measures(shape, place);
     }
     const Path bodies = root_ / "bodies";
     for (size_t i = 0; i < scene_.bodies.size(); ++i) check_body(scene_.bodies[i], i, bodies / i);
@@ -91,6 +93,7 @@ class Checker {
     for (size_t i = 0; i < scene_.chains.size(); ++i) check_chain(scene_.chains[i], i, chains / i);
     const Path events = root_ / "events";
     for (size_t i = 0; i < scene_.events.size(); ++i) check_event(scene_.events[i], events / i);
+    if (scene_.guide && scene_.guide->shape) check_guide_shape(*scene_.guide);
     check_method();
     check_spheres_of_materials();
     check_counts();
@@ -153,8 +156,43 @@ class Checker {
     }
   }
 
-  // That walls, legs and boards leave room between them.
-  void check_furniture(const Shape& shape, const Path& path) {
+  void check_text(const std::string& text, const Path& path) {
+    size_t count = 0, printed = 0, control = 0;
+    for (std::string_view rest = text; !rest.empty(); ++count) {
+      const char32_t character = take_character(rest);
+      if (character > 0x20) ++printed;
+      if (character < 0x20 || (character >= 0x7F && character < 0xA0)) ++control;
+    }
+    const std::string expected = "letters in one line, at most " + std::to_string(kLongestText);
+    if (printed == 0) {
+      log_.report(path, "is blank", expected);
+    } else if (control > 0) {
+      log_.report(path, "has a line break or another control character", expected,
+                  R"(Make a shape of each line, and a "compound" of them)");
+    } else if (count > kLongestText) {
+      log_.report(path, "has " + std::to_string(count) + " characters", expected);
+    }
+  }
+
+  void check_guide_shape(const Guide& guide) {
+    const Path place = root_ / "guide";
+    const Path path = place / "shape";
+    const Shape* const found = shape(*guide.shape, path);
+    if (found == nullptr) return;
+    if (std::holds_alternative<PlaneShape>(*found) ||
+        std::holds_alternative<TerrainShape>(*found)) {
+      log_.report(path, "is " + quoted(*guide.shape) + ", which has no end",
+                  "a shape that encloses the pile");
+    }
+    if (guide.scale != 1) {
+      log_.report(place / "scale", R"(stands beside "shape")", R"(a scale beside "file" only)",
+                  R"(Give the shape a "scale")");
+    }
+  }
+
+  // What the measures of a shape leave to each other: walls, legs and boards have room between
+  // them, rings a hole.
+  void check_measures(const Shape& shape, const Path& path) {
     const auto check = [&](const char* key, double value, double limit, const char* what) {
       if (value < limit) return;
       log_.report(path / key, "is " + number_text(value),
@@ -168,6 +206,18 @@ class Checker {
       check("thickness", shelf->thickness, shelf->size.y() / shelf->boards,
             "the height that a board has");
       if (shelf->has_back) check("thickness", shelf->thickness, shelf->size.z(), "the depth");
+    } else if (const auto* torus = std::get_if<TorusShape>(&shape)) {
+      check("tube_radius", torus->tube_radius, torus->radius, "the ring's radius");
+    } else if (const auto* tube = std::get_if<TubeShape>(&shape)) {
+      check("thickness", tube->thickness, tube->radius, "the outer radius");
+    } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
+      if (capsule->height <= 2 * capsule->radius) {
+        log_.report(path / "height", "is " + number_text(capsule->height),
+                    "more than " + number_text(2 * capsule->radius) + ", two radii",
+                    R"(Use a "sphere" if it has no straight part)");
+      }
+    } else if (const auto* text = std::get_if<TextShape>(&shape)) {
+      check_text(text->text, path / "text");
     } else if (const auto* terrain = std::get_if<TerrainShape>(&shape)) {
       if (terrain->height[0] == terrain->height[1]) {
         log_.report(path / "height", "has the same for black and white", "two different heights");
@@ -612,6 +662,8 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
     if (mesh != nullptr) check_file(mesh->file, kMesh, place / "file", log);
     const auto* terrain = std::get_if<TerrainShape>(&shape);
     if (terrain != nullptr) check_file(terrain->file, "a PNG", place / "file", log);
+    const auto* text = std::get_if<TextShape>(&shape);
+    if (text != nullptr && text->font) check_file(*text->font, "a font file", place / "font", log);
   }
   const Path emitters = root / "emitters";
   for (size_t i = 0; i < scene.emitters.size(); ++i) {

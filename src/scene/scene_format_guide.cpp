@@ -8,10 +8,15 @@ namespace {
 
 Fields<Guide> shape_fields() {
   return Fields<Guide>{
-             optional_field<Guide>(
-                 "file", &Guide::file, file_path(),
-                 "Mesh file, relative to the scene file, made solid as a body's mesh. Bodies with "
-                 "their centre of mass inside are controlled. Default: all bodies."),
+             in_group("guide",
+                      optional_field<Guide>(
+                          "file", &Guide::file, file_path(),
+                          "Mesh file, relative to the scene file, made solid as a body's mesh. "
+                          "Bodies with their centre of mass inside are controlled. Default: all "
+                          "bodies.")),
+             in_group("guide", optional_field<Guide>("shape", &Guide::shape, text(),
+                                                     "Name of a shape of the scene, instead of a "
+                                                     "file: a text, a cone, a compound, ...")),
              field<Guide>("scale", &Guide::scale, number(above(0)), "Metres per unit of the file."),
          } +
          pose_fields<Guide>(&Guide::pose, "the mesh");

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "json/object_codec.h"
@@ -153,9 +155,8 @@ Fields<Shape> mesh_fields() {
   };
 }
 
-// The measures of a primitive are multiplied when it is read; mirroring changes none. `apply`
-// multiplies them by the magnitudes and returns an empty text, or leaves them and returns which
-// scale it would take.
+// The measures of a primitive are multiplied when it is read. `apply` multiplies them and returns an
+// empty text, or returns which scale it would take.
 template <class V>
 Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
   const Codec<Vec3> codec = scale_codec();
@@ -168,7 +169,7 @@ Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
     read(json, path, scale, context);
     if (!context.log.is_sound(path)) return;
     V scaled = std::get<V>(shape);
-    const std::string expected = apply(scaled, scale.cwiseAbs());
+    const std::string expected = apply(scaled, scale);
     if (expected.empty()) {
       shape = scaled;
     } else {
@@ -180,32 +181,92 @@ Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
   return field;
 }
 
+// Empty where the smallest measure can be.
+std::string enough(double smallest_m, const std::string& what) {
+  if (smallest_m >= kSmallestLength) return "";
+  return what + " of at least " + number_text(kSmallestLength) + " m";
+}
+
+bool is_of_one_magnitude(const Vec3& scale) {
+  return scale.cwiseAbs() == Vec3::Constant(std::abs(scale.x()));
+}
+
 std::string scale_box(BoxShape& box, const Vec3& scale) {
-  box.size = box.size.cwiseProduct(scale);
-  return box.size.minCoeff() >= kSmallestLength
-             ? ""
-             : "a box of at least " + number_text(kSmallestLength) + " m";
+  box.size = box.size.cwiseProduct(scale.cwiseAbs());
+  return enough(box.size.minCoeff(), "a box");
 }
 
 std::string scale_sphere(SphereShape& sphere, const Vec3& scale) {
-  if (scale != Vec3::Constant(scale.x())) {
+  if (!is_of_one_magnitude(scale)) {
     return "three numbers of one magnitude, as a stretched sphere is none";
   }
-  sphere.radius *= scale.x();
-  return sphere.radius >= kSmallestLength
-             ? ""
-             : "a radius of at least " + number_text(kSmallestLength) + " m";
+  sphere.radius *= std::abs(scale.x());
+  return enough(sphere.radius, "a radius");
 }
 
 std::string scale_cylinder(CylinderShape& cylinder, const Vec3& scale) {
-  if (scale.x() != scale.z()) {
+  if (std::abs(scale.x()) != std::abs(scale.z())) {
     return "numbers of one magnitude for x and z, as a cylinder is round about y";
   }
-  cylinder.radius *= scale.x();
-  cylinder.height *= scale.y();
-  return std::min(cylinder.radius, cylinder.height) >= kSmallestLength
-             ? ""
-             : "a radius and a height of at least " + number_text(kSmallestLength) + " m";
+  cylinder.radius *= std::abs(scale.x());
+  cylinder.height *= std::abs(scale.y());
+  return enough(std::min(cylinder.radius, cylinder.height), "a radius and a height");
+}
+
+std::string scale_cone(ConeShape& cone, const Vec3& scale) {
+  if (std::abs(scale.x()) != std::abs(scale.z()) || scale.y() < 0) {
+    return "numbers of one magnitude for x and z and one above 0 for y, as a cone is round about y "
+           "and points up";
+  }
+  cone.radius *= std::abs(scale.x());
+  cone.top_radius *= std::abs(scale.x());
+  cone.height *= scale.y();
+  return enough(std::min(cone.radius, cone.height), "a radius and a height");
+}
+
+std::string scale_capsule(CapsuleShape& capsule, const Vec3& scale) {
+  if (!is_of_one_magnitude(scale)) {
+    return "three numbers of one magnitude, as a stretched capsule is none";
+  }
+  capsule.radius *= std::abs(scale.x());
+  capsule.height *= std::abs(scale.x());
+  return enough(capsule.radius, "a radius");
+}
+
+std::string scale_torus(TorusShape& torus, const Vec3& scale) {
+  if (!is_of_one_magnitude(scale)) {
+    return "three numbers of one magnitude, as a stretched torus is none";
+  }
+  torus.radius *= std::abs(scale.x());
+  torus.tube_radius *= std::abs(scale.x());
+  return enough(torus.tube_radius, "a radius of the tube");
+}
+
+std::string scale_tube(TubeShape& tube, const Vec3& scale) {
+  if (std::abs(scale.x()) != std::abs(scale.z())) {
+    return "numbers of one magnitude for x and z, as a tube is round about y";
+  }
+  tube.radius *= std::abs(scale.x());
+  tube.thickness *= std::abs(scale.x());
+  tube.height *= std::abs(scale.y());
+  return enough(std::min(tube.thickness, tube.height), "a thickness and a height");
+}
+
+std::string scale_wedge(WedgeShape& wedge, const Vec3& scale) {
+  if (std::min(scale.y(), scale.z()) < 0) {
+    return "numbers above 0 for y and z, as a wedge rises to -z";
+  }
+  wedge.size = wedge.size.cwiseProduct(scale.cwiseAbs());
+  return enough(wedge.size.minCoeff(), "a wedge");
+}
+
+std::string scale_text(TextShape& text, const Vec3& scale) {
+  if (scale.x() != scale.y() || scale.x() < 0) {
+    return "one number above 0 for x and y, as letters keep their shape";
+  }
+  text.height *= scale.y();
+  text.depth *= std::abs(scale.z());
+  return enough(std::min(text.height, text.depth), "a height and a depth");
 }
 
 template <class V>
@@ -218,6 +279,68 @@ template <class V>
 Field<Shape> thickness(const std::string& description) {
   return field<Shape>("thickness", of(&V::thickness), number(at_least(kSmallestLength)),
                       description);
+}
+
+// A measure that has to be there, m.
+template <class V>
+Field<Shape> measure(const std::string& key, double V::*member, const std::string& description) {
+  return required_field<Shape>(key, of(member), number(at_least(kSmallestLength)), description);
+}
+
+std::vector<Alternative<Shape>> primitives() {
+  return {
+      alternative<BoxShape>(
+          "box", "A box about its centre.",
+          {required_field<Shape>("size", of(&BoxShape::size), vector3(at_least(kSmallestLength)),
+                                 "Full edge lengths [x, y, z], m."),
+           primitive_scale<BoxShape>(scale_box)}),
+      alternative<SphereShape>("sphere", "A sphere about its centre.",
+                               {measure("radius", &SphereShape::radius, "Radius, m."),
+                                primitive_scale<SphereShape>(scale_sphere)}),
+      alternative<CylinderShape>("cylinder", "A cylinder about its centre, axis y.",
+                                 {measure("radius", &CylinderShape::radius, "Radius, m."),
+                                  measure("height", &CylinderShape::height, "Full height, m."),
+                                  primitive_scale<CylinderShape>(scale_cylinder)}),
+      alternative<ConeShape>(
+          "cone", "A cone that points up, about the middle of its axis, y.",
+          {measure("radius", &ConeShape::radius, "Radius of its base, m."),
+           measure("height", &ConeShape::height, "Full height, m."),
+           field<Shape>("top_radius", of(&ConeShape::top_radius), number(at_least(0)),
+                        "Radius of a flat top, m; 0: it has a tip."),
+           primitive_scale<ConeShape>(scale_cone)}),
+      alternative<CapsuleShape>(
+          "capsule", "A cylinder between two half spheres, about its centre, axis y.",
+          {measure("radius", &CapsuleShape::radius, "Radius, m."),
+           measure("height", &CapsuleShape::height, "Height over all, m: above two radii."),
+           primitive_scale<CapsuleShape>(scale_capsule)}),
+      alternative<TorusShape>(
+          "torus", "A ring of round section about its centre, axis y.",
+          {measure("radius", &TorusShape::radius, "From the axis to the middle of its tube, m."),
+           measure("tube_radius", &TorusShape::tube_radius,
+                   "Radius of its tube, m: below the ring's."),
+           primitive_scale<TorusShape>(scale_torus)}),
+      alternative<TubeShape>(
+          "tube", "A tube, open at both ends, about its centre, axis y.",
+          {measure("radius", &TubeShape::radius, "Outer radius, m."),
+           measure("height", &TubeShape::height, "Full height, m."),
+           measure("thickness", &TubeShape::thickness, "Thickness of its wall, m."),
+           primitive_scale<TubeShape>(scale_tube)}),
+      alternative<WedgeShape>(
+          "wedge", "A ramp: half of a box about its centre, which rises from +z to -z.",
+          {required_field<Shape>("size", of(&WedgeShape::size), vector3(at_least(kSmallestLength)),
+                                 "Full edge lengths [x, y, z], m."),
+           primitive_scale<WedgeShape>(scale_wedge)}),
+      alternative<TextShape>(
+          "text", "Letters in a line, one solid about the centre of its bounds, seen from +z.",
+          {required_field<Shape>("text", of(&TextShape::text), text(),
+                                 "The letters: at most " + std::to_string(kLongestText) + "."),
+           measure("height", &TextShape::height, "Height of a capital letter, m."),
+           measure("depth", &TextShape::depth, "Depth along z, m."),
+           optional_field<Shape>("font", of(&TextShape::font), file_path(),
+                                 "TrueType or OpenType file, relative to the scene file. Default: "
+                                 "DejaVu Sans, which is part of the program."),
+           primitive_scale<TextShape>(scale_text)}),
+  };
 }
 
 std::vector<Alternative<Shape>> furniture() {
@@ -271,30 +394,16 @@ Codec<CompoundPart> part_codec() {
 
 Codec<Shape> shape_codec() {
   std::vector<Alternative<Shape>> alternatives = {
-      alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields()),
-      alternative<BoxShape>(
-          "box", "A box about its centre.",
-          {required_field<Shape>("size", of(&BoxShape::size), vector3(at_least(kSmallestLength)),
-                                 "Full edge lengths [x, y, z], m."),
-           primitive_scale<BoxShape>(scale_box)}),
-      alternative<SphereShape>(
-          "sphere", "A sphere about its centre.",
-          {required_field<Shape>("radius", of(&SphereShape::radius),
-                                 number(at_least(kSmallestLength)), "Radius, m."),
-           primitive_scale<SphereShape>(scale_sphere)}),
-      alternative<CylinderShape>(
-          "cylinder", "A cylinder about its centre, axis y.",
-          {required_field<Shape>("radius", of(&CylinderShape::radius),
-                                 number(at_least(kSmallestLength)), "Radius, m."),
-           required_field<Shape>("height", of(&CylinderShape::height),
-                                 number(at_least(kSmallestLength)), "Full height, m."),
-           primitive_scale<CylinderShape>(scale_cylinder)}),
+      alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields())};
+  for (Alternative<Shape>& each : primitives()) alternatives.push_back(std::move(each));
+  std::vector<Alternative<Shape>> others = {
       alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.", {}),
       alternative<CompoundShape>(
           "compound", "Shapes joined rigidly; they should not overlap.",
           {required_field<Shape>("parts", of(&CompoundShape::parts), list(part_codec(), 1),
                                  "The shapes and their poses.")}),
   };
+  for (Alternative<Shape>& each : others) alternatives.push_back(std::move(each));
   for (Alternative<Shape>& each : furniture()) alternatives.push_back(std::move(each));
   return object<Shape>(
       {.noun = "a shape", .choice_key = "type", .alternatives = std::move(alternatives)});

@@ -47,6 +47,7 @@ void move_paths(Json& scene, const fs::path& directory) {
     for (Json& entry : value) {
       move_path(entry, "file", directory);
       move_path(entry, "signature", directory);
+      move_path(entry, "font", directory);
     }
   }
 }

@@ -93,7 +93,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   vessel_ = open_guide(model.guide, up_, (kDropBelow + 2) * radius_);
   if (vessel_.base.empty()) {
     throw Error(ErrorKind::input,
-                Problem{.file = scene.guide->file->string(),
+                Problem{.file = scene.guide->file_name(),
                         .pointer = "/guide",
                         .found = "has no level base for bodies to be dropped in through",
                         .expected = "triangles in the mesh's lowest level",

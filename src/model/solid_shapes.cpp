@@ -1,0 +1,201 @@
+#include "model/solid_shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/counted.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/convex_hull.h"
+#include "geometry/flat_regions.h"
+#include "geometry/revolved.h"
+#include "geometry/text_outlines.h"
+
+namespace pilesim {
+namespace {
+
+using Kind = CollisionPiece::Kind;
+
+// Corners of drawn circles: about the axis, and of a half circle of a section.
+constexpr int kSides = 48, kAcross = 12;
+// Corners of a half circle of which mass is computed: exact to 1e-6.
+constexpr int kFineAcross = 2048;
+
+std::string report(const std::string& what, size_t pieces, double error_m) {
+  return what + ": " + counted(pieces, "piece") + ", surface error " + with_digits(error_m, 3) +
+         " m";
+}
+
+std::vector<CollisionPiece> hull_pieces(std::vector<TriangleMesh> hulls) {
+  std::vector<CollisionPiece> pieces;
+  for (TriangleMesh& hull : hulls) pieces.push_back({.kind = Kind::hull, .hull = std::move(hull)});
+  return pieces;
+}
+
+// How far a polygon of so many sides is from the circle that it crosses in the middle of each.
+double ring_error(double radius, int sides) {
+  const double flat = std::cos(kPi / sides);
+  return radius * (1 - flat) / (1 + flat);
+}
+
+// The fewest in the range with which the ring is that near to a circle.
+int ring_sides(double radius, double error_m, int least) {
+  constexpr int kMost = 64;
+  int sides = least;
+  while (sides < kMost && ring_error(radius, sides) > error_m) ++sides;
+  return sides;
+}
+
+SolidShape made(const ConeShape& cone) {
+  const Profile profile = frustum_profile(cone.radius, cone.top_radius, cone.height);
+  std::vector<TriangleMesh> hull = {convex_hull(revolved_mesh(profile, kSides).vertices)};
+  // A circle near the tip, so that the tip's normal shades no more than the tip.
+  constexpr double kTip = 0.02;  // of the height
+  Profile drawn = profile;
+  if (cone.top_radius == 0) {
+    const Eigen::Vector2d base = profile[1], tip = profile[2];
+    drawn.insert(drawn.end() - 1, tip + kTip * (base - tip));
+  }
+  const double wider = std::max(cone.radius, cone.top_radius);
+  return {revolved_mesh(drawn, kSides), revolved_mass(profile), hull_pieces(std::move(hull)),
+          report("cone", 1, wider * (1 - std::cos(kPi / kSides)))};
+}
+
+SolidShape made(const CapsuleShape& capsule) {
+  const auto& [radius, height] = capsule;
+  std::vector<CollisionPiece> pieces = capsule_pieces({}, radius, height);
+  std::string text = counted(pieces.size(), "piece") + ", exact";
+  return {revolved_mesh(capsule_profile(radius, height, kAcross), kSides),
+          revolved_mass(capsule_profile(radius, height, kFineAcross)), std::move(pieces),
+          std::move(text)};
+}
+
+// Its tube collides as a prism of 16 sides around it, level where it lies.
+SolidShape made(const TorusShape& torus) {
+  constexpr int kTubeSides = 16, kFewestPieces = 24;
+  constexpr double kError = 0.02;  // of the tube's radius, each, across and around
+  const auto& [ring, tube] = torus;
+  const double corner = tube / std::cos(kPi / kTubeSides);
+  const int count = ring_sides(ring + tube, kError * tube, kFewestPieces);
+  const double error_m = corner - tube + ring_error(ring + corner, count);
+  return {revolved_mesh(torus_profile(ring, tube, 2 * kAcross), kSides),
+          revolved_mass(torus_profile(ring, tube, 2 * kFineAcross)),
+          hull_pieces(ring_pieces(torus_profile(ring, corner, kTubeSides), count, 1)),
+          report("torus", static_cast<size_t>(count), error_m)};
+}
+
+SolidShape made(const TubeShape& tube) {
+  constexpr int kFewestPieces = 16;
+  constexpr double kError = 0.25;  // of the wall
+  const double inner = tube.radius - tube.thickness;
+  const Profile profile = tube_profile(tube.radius, inner, tube.height);
+  const int count = ring_sides(tube.radius, kError * tube.thickness, kFewestPieces);
+  const int facets = std::max(1, kSides / count);
+  return {revolved_mesh(profile, kSides), revolved_mass(profile),
+          hull_pieces(ring_pieces(profile, count, facets)),
+          report("tube", static_cast<size_t>(count), ring_error(inner, count))};
+}
+
+SolidShape made(const WedgeShape& wedge) {
+  const Vec3 half = wedge.size / 2;
+  TriangleMesh mesh;
+  for (const double x : {-half.x(), half.x()}) {
+    mesh.vertices.emplace_back(x, -half.y(), half.z());
+    mesh.vertices.emplace_back(x, -half.y(), -half.z());
+    mesh.vertices.emplace_back(x, half.y(), -half.z());
+  }
+  mesh.triangles = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3},
+                    {1, 2, 5}, {1, 5, 4}, {0, 3, 5}, {0, 5, 2}};
+  std::vector<TriangleMesh> hull = {mesh};
+  const MassProperties mass = mass_properties(mesh);
+  return {std::move(mesh), mass, hull_pieces(std::move(hull)), "1 piece, exact"};
+}
+
+// The regions of a letter whose curves are followed to `tolerance`, in heights of a capital letter.
+std::vector<FlatRegion> regions_of(const Letter& letter, double tolerance) {
+  std::optional<std::vector<FlatRegion>> regions = fill_outlines(flattened(letter, tolerance));
+  if (regions) return std::move(*regions);
+  throw Error(ErrorKind::input,
+              Problem{.found = "its font draws " + letter.name + " with outlines that cross",
+                      .expected = "letters with outlines apart from each other",
+                      .remedy = R"(Name another "font")"});
+}
+
+void append(TriangleMesh& whole, const TriangleMesh& part) {
+  const auto first = static_cast<uint32_t>(whole.vertices.size());
+  whole.vertices.insert(whole.vertices.end(), part.vertices.begin(), part.vertices.end());
+  for (const auto& [a, b, c] : part.triangles) {
+    whole.triangles.push_back({first + a, first + b, first + c});
+  }
+}
+
+SolidShape made(const TextShape& text) {
+  constexpr double kDrawn = 0.001, kCollides = 0.01;  // heights of a capital letter
+  // Letters are 1 high until all is there.
+  const double depth = text.depth / text.height;
+  SolidShape solid;
+  std::vector<TriangleMesh> hulls;
+  for (const Letter& letter : text_letters(text.text, text.font)) {
+    for (const FlatRegion& region : regions_of(letter, kDrawn)) {
+      append(solid.mesh, extruded(region, depth));
+    }
+    for (const FlatRegion& region : regions_of(letter, kCollides)) {
+      for (const std::vector<uint32_t>& polygon : convex_polygons(region)) {
+        std::vector<Vec3> corners;
+        for (const uint32_t i : polygon) {
+          for (const double z : {-depth / 2, depth / 2}) {
+            corners.emplace_back(region.points[i].x(), region.points[i].y(), z);
+          }
+        }
+        hulls.push_back(convex_hull(corners));
+      }
+    }
+  }
+  if (hulls.empty()) {
+    throw Error(ErrorKind::input,
+                Problem{.found = "draws nothing in its font", .expected = "a text with letters"});
+  }
+  const Vec3 centre = solid.mesh.bounds().center();
+  const auto place = [&](TriangleMesh& mesh) {
+    for (Vec3& vertex : mesh.vertices) vertex = text.height * (vertex - centre);
+  };
+  place(solid.mesh);
+  for (TriangleMesh& hull : hulls) place(hull);
+  solid.mass = mass_properties(solid.mesh);
+  solid.collision_report = report("text", hulls.size(), kCollides * text.height);
+  solid.pieces = hull_pieces(std::move(hulls));
+  return solid;
+}
+
+}  // namespace
+
+std::optional<SolidShape> solid_shape(const Shape& shape) {
+  return std::visit(
+      [](const auto& each) -> std::optional<SolidShape> {
+        if constexpr (requires { made(each); }) {
+          return made(each);
+        } else {
+          return std::nullopt;
+        }
+      },
+      shape);
+}
+
+// Two balls with a cylinder between; a flat one would be no more than 0.5 % of the radius.
+std::vector<CollisionPiece> capsule_pieces(const Pose& pose, double radius, double height) {
+  constexpr double kFlat = 0.2;  // of the radius
+  const double straight = height - 2 * radius;
+  std::vector<CollisionPiece> pieces;
+  for (const double side : {-1.0, 1.0}) {
+    const Vec3 centre = pose.apply({0, side * straight / 2, 0});
+    pieces.push_back(
+        {.kind = Kind::sphere, .pose = {centre, pose.orientation}, .size = Vec3::Constant(radius)});
+  }
+  if (straight > kFlat * radius) {
+    pieces.push_back({.kind = Kind::cylinder, .pose = pose, .size = {radius, straight, radius}});
+  }
+  return pieces;
+}
+
+}  // namespace pilesim
