@@ -29,7 +29,8 @@ std::string report(const std::string& what, size_t pieces, double error_m) {
 
 std::vector<CollisionPiece> hull_pieces(std::vector<TriangleMesh> hulls) {
   std::vector<CollisionPiece> pieces;
-  for (TriangleMesh& hull : hulls) pieces.push_back({.kind = Kind::hull, .hull = std::move(hull)});
+  for (TriangleMesh& hull : hulls)
+    pieces.push_back({.kind = Kind::hull, .size = Vec3::Zero(), .hull = std::move(hull)});
   return pieces;
 }
 
@@ -114,12 +115,22 @@ SolidShape made(const WedgeShape& wedge) {
 
 // The regions of a letter whose curves are followed to `tolerance`, in heights of a capital letter.
 std::vector<FlatRegion> regions_of(const Letter& letter, double tolerance) {
-  std::optional<std::vector<FlatRegion>> regions = fill_outlines(flattened(letter, tolerance));
-  if (regions) return std::move(*regions);
-  throw Error(ErrorKind::input,
-              Problem{.found = "its font draws " + letter.name + " with outlines that cross",
-                      .expected = "letters with outlines apart from each other",
-                      .remedy = R"(Name another "font")"});
+  constexpr size_t kMostPoints = 4000;  // time goes with the square of them
+  const auto refusal = [&](const std::string& how, const std::string& expected) {
+    return Error(ErrorKind::input,
+                 Problem{.found = "its font draws " + letter.name + " with " + how,
+                         .expected = expected,
+                         .remedy = R"(Name another "font")"});
+  };
+  const std::vector<Outline> outlines = flattened(letter, tolerance);
+  size_t points = 0;
+  for (const Outline& outline : outlines) points += outline.size();
+  if (points > kMostPoints) {
+    throw refusal(std::to_string(points) + " points", "at most " + std::to_string(kMostPoints));
+  }
+  std::optional<std::vector<FlatRegion>> regions = fill_outlines(outlines);
+  if (!regions) throw refusal("outlines that cross", "outlines apart from each other");
+  return std::move(*regions);
 }
 
 void append(TriangleMesh& whole, const TriangleMesh& part) {
