@@ -208,8 +208,10 @@ class ModelBuilder {
     count_triangles(shape);
     for (Vec3& vertex : shape.mesh.vertices) vertex += shape.origin_offset;
     shape.mesh.groups.clear();
+    const auto* mesh = std::get_if<MeshShape>(&scene_.shapes.at(name));
     try {
-      return make_solid(shape.mesh, {}, user_cache_directory());
+      return make_solid(shape.mesh, mesh != nullptr ? solid_options(*mesh) : SolidOptions(),
+                        user_cache_directory());
     } catch (const Error& error) {
       throw at_pointer(error, kGuidePointer);
     }

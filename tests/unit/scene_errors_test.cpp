@@ -49,7 +49,8 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "\"spinning_friction\", \"roughness\", \"clear_coat\". Did you mean \"density_kg_m3\"?",
           "s.json:4:30: /materials/tin/density_kg_m3: is -3; expected a number of at least 0.001",
           "s.json:6:28: /shapes/b/type: is \"bx\"; expected one of \"mesh\", \"box\", \"sphere\", "
-          "\"cylinder\", \"plane\", \"compound\", \"bin\", \"table\", \"shelf\", \"stairs\", "
+          "\"cylinder\", \"cone\", \"capsule\", \"torus\", \"tube\", \"wedge\", \"text\", "
+          "\"plane\", \"compound\", \"bin\", \"table\", \"shelf\", \"stairs\", "
           "\"terrain\". Did you mean \"box\"?",
           "s.json:6:68: /shapes/c/size/1: is 0; expected a number of at least 1e-06",
           "s.json:6:71: /shapes/c/size/2: is \"x\"; expected a number of at least 1e-06",
