@@ -29,8 +29,9 @@ std::string report(const std::string& what, size_t pieces, double error_m) {
 
 std::vector<CollisionPiece> hull_pieces(std::vector<TriangleMesh> hulls) {
   std::vector<CollisionPiece> pieces;
-  for (TriangleMesh& hull : hulls)
+  for (TriangleMesh& hull : hulls) {
     pieces.push_back({.kind = Kind::hull, .size = Vec3::Zero(), .hull = std::move(hull)});
+  }
   return pieces;
 }
 
