@@ -66,7 +66,7 @@ bool is_on_segment(const FlatPoint& point, const FlatPoint& a, const FlatPoint& 
 }
 
 // Whether the segments have a point in common, other than ends that are the same point of both.
-bool meet(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
+bool touch(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c, const FlatPoint& d) {
   if (std::max(a.x(), b.x()) < std::min(c.x(), d.x()) - kOnLine ||
       std::max(c.x(), d.x()) < std::min(a.x(), b.x()) - kOnLine) {
     return false;
@@ -126,7 +126,7 @@ class Filler {
 
   bool is_clear(uint32_t a, uint32_t b, const Loop& loop) const {
     for (size_t i = 0; i < loop.size(); ++i) {
-      if (meet(at(a), at(b), at(loop[i]), at(loop[(i + 1) % loop.size()]))) return false;
+      if (touch(at(a), at(b), at(loop[i]), at(loop[(i + 1) % loop.size()]))) return false;
     }
     return true;
   }
@@ -171,10 +171,10 @@ class Filler {
           turn(c, a, p) >= -kNoArea) {
         return false;
       }
-      // Where bridges pass its corners, what goes on from there may cut it.
+      // Where bridges pass its corners, an edge that goes on from there may cut it.
       const FlatPoint& q = at(loop[(i + 1) % count]);
       const bool is_side = (p == a || p == c) && (q == a || q == c);
-      if (!is_side && meet(a, c, p, q)) return false;
+      if (!is_side && touch(a, c, p, q)) return false;
     }
     return true;
   }
@@ -202,7 +202,7 @@ class Filler {
   FlatRegion& region_;
 };
 
-bool do_meet(const std::vector<Outline>& outlines) {
+bool any_touch(const std::vector<Outline>& outlines) {
   for (size_t i = 0; i < outlines.size(); ++i) {
     for (size_t j = i; j < outlines.size(); ++j) {
       const size_t m = outlines[i].size(), n = outlines[j].size();
@@ -212,7 +212,7 @@ bool do_meet(const std::vector<Outline>& outlines) {
           const FlatPoint &c = outlines[j][l], &d = outlines[j][(l + 1) % n];
           const bool are_neighbours = i == j && (l == k + 1 || (l + 1) % n == k);
           const bool share_end = a == c || a == d || b == c || b == d;
-          if ((share_end && !are_neighbours) || meet(a, b, c, d)) return true;
+          if ((share_end && !are_neighbours) || touch(a, b, c, d)) return true;
         }
       }
     }
@@ -255,7 +255,7 @@ std::optional<std::vector<FlatRegion>> fill_outlines(const std::vector<Outline>&
   }
   std::vector<FlatRegion> regions;
   for (const std::vector<Outline>& shape : shapes) {
-    if (do_meet(shape) || !Filler(regions.emplace_back()).fill(shape)) return std::nullopt;
+    if (any_touch(shape) || !Filler(regions.emplace_back()).fill(shape)) return std::nullopt;
   }
   return regions;
 }

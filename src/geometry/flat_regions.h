@@ -13,7 +13,7 @@ namespace pilesim {
 using FlatPoint = Eigen::Vector2d;
 using Outline = std::vector<FlatPoint>;  // closed, without its first point again
 
-// What one outline encloses, without its holes.
+// The inside of one outline, without its holes.
 struct FlatRegion {
   std::vector<FlatPoint> points;
   // Indices of points, the region on their left: the outer one, counter-clockwise, then holes.
@@ -23,9 +23,9 @@ struct FlatRegion {
   double area() const;
 };
 
-// What outlines of letters enclose: the largest one and all that run like it are each the outer one
-// of a region, others are holes. Regions may overlap. Coordinates are of the order of 1. Points on
-// a straight line between their neighbours are left out, and outlines without area. None: an
+// The regions of a letter's outlines: the largest one and all that run like it are each the outer
+// one of a region, others are holes. Regions may overlap. Coordinates are of the order of 1. Points
+// on a straight line between their neighbours are left out, and outlines without area. None: an
 // outline crosses or touches itself or one of its holes, or a hole is in no region.
 std::optional<std::vector<FlatRegion>> fill_outlines(const std::vector<Outline>& outlines);
 

@@ -25,7 +25,7 @@ constexpr uint64_t kMostFontBytes = uint64_t{64} << 20;
 constexpr IsolationLimits kLimits{.memory_bytes = uint64_t{64} << 20, .cpu_s = 5};
 constexpr size_t kMostCurves = 100'000;  // of a text
 
-// What the other process tells of a curve; numbers are the font's own units.
+// A curve as the other process sends it; a capital H is 1 high.
 struct DrawnCurve {
   uint32_t letter = 0;
   uint32_t character = 0;
@@ -33,7 +33,7 @@ struct DrawnCurve {
   double x = 0, y = 0, cx = 0, cy = 0, cx1 = 0, cy1 = 0;
 };
 
-// First byte of what the other process gives.
+// First byte of the other process's answer.
 constexpr char kCurves = 'c', kRefusal = 'r';
 
 std::string character_name(char32_t character) {

@@ -202,7 +202,7 @@ class ModelBuilder {
     }
   }
 
-  // The solid of what is drawn of a shape of the scene, in its own frame.
+  // The solid of the mesh of a shape, in the shape's own frame.
   Solid inside_of_shape(const std::string& name) {
     ModelShape shape = build_shape(scene_, name, meshes_);
     count_triangles(shape);

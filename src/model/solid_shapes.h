@@ -1,4 +1,4 @@
-// Cones, capsules, rings, wedges and letters as what is drawn, what has mass and what collides.
+// Cones, capsules, rings, wedges and letters: the mesh that is drawn, mass and collision pieces.
 #pragma once
 
 #include <optional>

@@ -190,8 +190,7 @@ class Checker {
     }
   }
 
-  // What the measures of a shape leave to each other: walls, legs and boards have room between
-  // them, rings a hole.
+  // Walls, legs and boards need room between them, rings a hole.
   void check_measures(const Shape& shape, const Path& path) {
     const auto check = [&](const char* key, double value, double limit, const char* what) {
       if (value < limit) return;

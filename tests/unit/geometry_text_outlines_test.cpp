@@ -156,7 +156,7 @@ class Font : public ::testing::Test {
   test::ScratchDirectory directory_;
 };
 
-TEST_F(Font, WhatIsNoneIsRefusedByName) {
+TEST_F(Font, OtherFilesAreRefusedByName) {
   EXPECT_THAT(failure(""), HasSubstr("font.ttf: is no TrueType or OpenType font"));
   EXPECT_THAT(failure("no font at all, but some text"), HasSubstr("is no TrueType"));
   EXPECT_EQ(failure(std::string(default_font())), "");
