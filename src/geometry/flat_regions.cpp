@@ -109,9 +109,9 @@ class Filler {
     std::vector<Loop> holes(region_.outlines.begin() + 1, region_.outlines.end());
     // The rightmost first: no other hole lies between it and the loop on its right.
     for (Loop& hole : holes) {
-      std::ranges::rotate(hole, std::ranges::max_element(hole, {}, [&](uint32_t i) {
-                            return std::pair(at(i).x(), at(i).y());
-                          }));
+      const auto rightmost = std::ranges::max_element(
+          hole, {}, [&](uint32_t i) { return std::pair(at(i).x(), at(i).y()); });
+      std::rotate(hole.begin(), rightmost, hole.end());
     }
     std::ranges::stable_sort(
         holes, [&](const Loop& a, const Loop& b) { return at(a[0]).x() > at(b[0]).x(); });
@@ -282,8 +282,8 @@ std::vector<std::vector<uint32_t>> convex_polygons(const FlatRegion& region) {
     if (left == right) continue;
     // From b around the left one to a, then around the right one.
     Loop joint = polygons[left], rest = polygons[right];
-    std::ranges::rotate(joint, std::ranges::find(joint, b));
-    std::ranges::rotate(rest, std::ranges::find(rest, a));
+    std::rotate(joint.begin(), std::ranges::find(joint, b), joint.end());
+    std::rotate(rest.begin(), std::ranges::find(rest, a), rest.end());
     const size_t corner_a = joint.size() - 1;
     joint.insert(joint.end(), rest.begin() + 1, rest.end() - 1);
     const auto is_convex = [&](size_t i) {

@@ -155,8 +155,8 @@ Fields<Shape> mesh_fields() {
   };
 }
 
-// The measures of a primitive are multiplied when it is read. `apply` multiplies them and returns an
-// empty text, or returns which scale it would take.
+// The measures of a primitive are multiplied when it is read. `apply` multiplies them and returns
+// an empty text, or returns which scale it would take.
 template <class V>
 Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
   const Codec<Vec3> codec = scale_codec();
