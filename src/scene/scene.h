@@ -192,7 +192,7 @@ struct Motor {
 
 // Motion of a kinematic body: it stands at the first key before it and at the last one after it.
 // Motors move it from there in its own frame; the first one moves those after it.
-// simulate/kinematic_motion.h interpolates.
+// model/kinematic_motion.h interpolates.
 struct Motion : std::vector<MotionKey> {
   using std::vector<MotionKey>::vector;
   Interpolation interpolation = Interpolation::linear;

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "model/kinematic_motion.h"
 #include "simulate/exact_engine.h"
-#include "simulate/kinematic_motion.h"
 #include "simulate/lifecycle.h"
 
 namespace pilesim {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/rotation.h"
-#include "simulate/kinematic_motion.h"
+#include "model/kinematic_motion.h"
 
 namespace pilesim {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "simulate/kinematic_motion.h"
+#include "model/kinematic_motion.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "model/kinematic_motion.h"
 #include "simulate/bullet/bullet_shapes.h"
-#include "simulate/kinematic_motion.h"
 #include "simulate/lifecycle.h"
 
 namespace pilesim {

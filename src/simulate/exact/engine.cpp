@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "core/parallel_for.h"
+#include "model/kinematic_motion.h"
 #include "simulate/exact/exact_constants.h"
 #include "simulate/exact/narrow_phase.h"
 #include "simulate/exact/pair_list.h"
 #include "simulate/exact/rest.h"
 #include "simulate/exact/step_choice.h"
 #include "simulate/exact/step_solver.h"
-#include "simulate/kinematic_motion.h"
 
 namespace pilesim {
 namespace exact {

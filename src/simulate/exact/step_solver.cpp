@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "core/parallel_for.h"
+#include "model/kinematic_motion.h"
 #include "simulate/exact/exact_constants.h"
-#include "simulate/kinematic_motion.h"
 
 namespace pilesim::exact {
 

@@ -9,9 +9,9 @@
 
 #include "core/error.h"
 #include "core/parallel_for.h"
+#include "model/kinematic_motion.h"
 #include "simulate/dissertation/drawn_world.h"
 #include "simulate/exact_engine.h"
-#include "simulate/kinematic_motion.h"
 #include "simulate/lifecycle.h"
 #include "simulate/mixed/drawn_coupling.h"
 #include "simulate/mixed/exact_boxes.h"

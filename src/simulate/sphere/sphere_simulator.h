@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/parallel_for.h"
-#include "simulate/kinematic_motion.h"
+#include "model/kinematic_motion.h"
 #include "simulate/lifecycle.h"
 #include "simulate/simulator.h"
 #include "simulate/sphere/body_signature.h"

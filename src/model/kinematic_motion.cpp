@@ -1,4 +1,4 @@
-#include "simulate/kinematic_motion.h"
+#include "model/kinematic_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -144,12 +144,17 @@ Pose moved_by(const Motor& motor, double time_s) {
 
 }  // namespace
 
-Pose pose_at(const ModelShape& shape, const Motion& motion, double time_s) {
+Pose pose_at(const Motion& motion, double time_s) {
   Pose pose = key_pose(motion, time_s);
   for (const Motor& motor : motion.motors) {
     const Pose moved = moved_by(motor, time_s);
     pose = {pose.apply(moved.position), (pose.orientation * moved.orientation).normalized()};
   }
+  return pose;
+}
+
+Pose pose_at(const ModelShape& shape, const Motion& motion, double time_s) {
+  const Pose pose = pose_at(motion, time_s);
   return {pose.apply(shape.origin_offset), pose.orientation};
 }
 
