@@ -82,9 +82,10 @@ Examples:
     const auto count_of = [&](Role role) {
       return static_cast<uint64_t>(std::ranges::count(model.bodies, role, &ModelBody::role));
     };
-    // How many a guide takes only its filling tells.
+    // Only the run tells how many a guide takes, and when emitters stop.
     print_line(
-        options->scene.file + ": valid; " + (model.guide_fill ? "at most " : "") +
+        options->scene.file + ": valid; " +
+        (model.guide_fill || !model.stops.empty() ? "at most " : "") +
         counted_bodies(count_of(Role::dynamic), count_of(Role::fixed), count_of(Role::kinematic)) +
         ", " + counted(static_cast<uint64_t>(loaded.scene.frame_count()), "frame"));
     for (size_t i = 0; i < model.shapes.size(); ++i) {

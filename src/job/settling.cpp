@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "simulate/lifecycle.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
@@ -14,7 +15,6 @@ namespace {
 double last_change_of(const Model& model) {
   double last_s = 0;
   for (const ModelBody& body : model.bodies) {
-    last_s = std::max(last_s, body.start_s);
     if (!body.motion.empty()) last_s = std::max(last_s, body.motion.back().time_s);
     for (const Motor& motor : body.motion.motors) {
       last_s = std::max(last_s, motor.end_s.value_or(std::numeric_limits<double>::infinity()));
@@ -46,9 +46,11 @@ Settling::Settling(const Scene& scene, const Model& model)
       last_change_s_(last_change_of(model)),
       quiet_s_(quiet_time_s(model, scene.gravity)) {}
 
-bool Settling::is_over(uint64_t frame, const BodyStates& states, uint64_t& quiet_frames,
+bool Settling::is_over(uint64_t frame, const Simulator& simulator, uint64_t& quiet_frames,
                        const std::function<EarlierPlaces(uint64_t)>& places) const {
-  const bool is_quiet = static_cast<double>(frame) / frame_rate_ > last_change_s_ &&
+  const BodyStates& states = simulator.states();
+  const double last_s = std::max(last_change_s_, simulator.life().last_start_s());
+  const bool is_quiet = static_cast<double>(frame) / frame_rate_ > last_s &&
                         count_unsettled(model_, gravity_, states) == 0;
   quiet_frames = is_quiet ? quiet_frames + 1 : 0;
   if (static_cast<double>(quiet_frames) <= quiet_s_ * frame_rate_) return false;

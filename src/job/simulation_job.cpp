@@ -29,6 +29,7 @@
 #include "report/report_writer.h"
 #include "scene/scene_files.h"
 #include "scene/scene_loader.h"
+#include "simulate/lifecycle.h"
 #include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
 
@@ -129,9 +130,9 @@ class Recorder {
   }
 
   // True if the run is over.
-  bool watch_settling(const Settling& settling, const BodyStates& states) {
+  bool watch_settling(const Settling& settling, const Simulator& simulator) {
     progress_.is_settled =
-        settling.is_over(progress_.rows.size() - 1, states, progress_.quiet_frames,
+        settling.is_over(progress_.rows.size() - 1, simulator, progress_.quiet_frames,
                          [&](uint64_t frame) { return places_before(frame); });
     return progress_.is_settled;
   }
@@ -199,8 +200,7 @@ bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_ev
       recorder.inspect(model, scene.gravity, simulator.states());
     }
     progress.update(frame + 1);
-    if (scene.until == Until::settled && recorder.watch_settling(settling, simulator.states()))
-      break;
+    if (scene.until == Until::settled && recorder.watch_settling(settling, simulator)) break;
     if (frame + 1 == frame_count) break;
     const bool stops = interrupted();
     if (stops || recorder.is_checkpoint_due()) recorder.write_checkpoint(simulator);
@@ -382,6 +382,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.mode_figures = simulator->figures();
   const std::vector<std::string> notes = simulator->notes();
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
+  const std::vector<std::string> stops = simulator->life().stops();
+  report.notes.insert(report.notes.end(), stops.begin(), stops.end());
+  report.dynamic_bodies -= simulator->life().stopped();
   DirectedRun directed = direction->finish(*simulator, job.output);
   report.piles = std::move(directed.figures);
   report.gates = judge(job.gates, report.quality, directed.guide);
@@ -429,6 +432,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   if (frames_before > 0) {
     summary.beginning.push_back("resumed after " + counted(frames_before, "frame"));
   }
+  for (const std::string& line : stops) summary.beginning.push_back(line);
   summary.piles = std::move(directed.lines);
   if (is_finished) {
     if (finished->steps_before > 0) summary.beginning.push_back(resumed_after(*finished));

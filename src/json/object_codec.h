@@ -100,6 +100,16 @@ Field<T> input_only(Field<T> field) {
   return field;
 }
 
+// Left out of what is written where the test holds: for a key that scenes whose resolved text is
+// hashed do not have.
+template <class T, class Test>
+Field<T> unless(Field<T> field, Test test) {
+  field.write = [write = field.write, test](const T& object) {
+    return test(object) ? std::nullopt : write(object);
+  };
+  return field;
+}
+
 template <class T>
 Field<T> in_group(std::string group, Field<T> field) {
   field.key.group = std::move(group);

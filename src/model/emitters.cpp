@@ -10,6 +10,7 @@
 #include "core/parallel_for.h"
 #include "core/philox.h"
 #include "geometry/inside_test.h"
+#include "model/kinematic_motion.h"
 #include "scene/scene_format.h"
 
 namespace pilesim {
@@ -208,6 +209,32 @@ std::vector<Vec3> start_positions(const Emitter& emitter, const Dice& dice, doub
   return volume_positions(std::get<VolumeSource>(emitter.source), limit, *volume_mesh);
 }
 
+double start_of(const Emitter& emitter, size_t body) {
+  const double delay_s = emitter.rate_hz > 0 ? static_cast<double>(body) / emitter.rate_hz : 0;
+  return emitter.start_s + delay_s;
+}
+
+// Of a nozzle that moves; empty: none.
+Motion nozzle_motion(const Emitter& emitter) {
+  const auto* stream = std::get_if<PointSource>(&emitter.source);
+  if (stream == nullptr) return {};
+  Motion motion = stream->motion;
+  if (motion.empty() && !motion.motors.empty()) {
+    motion.push_back({.pose = {stream->position, Quat::Identity()}});
+  }
+  return motion;
+}
+
+// Moves the start of a body from a nozzle that is not turned to where `nozzle` is.
+void launch_from(const Pose& nozzle, bool is_oriented, EmittedBody& body) {
+  body.pose.position = nozzle.position;
+  if (is_oriented) {
+    body.pose.orientation = (nozzle.orientation * body.pose.orientation).normalized();
+  }
+  body.linear_velocity = nozzle.orientation * body.linear_velocity;
+  body.angular_velocity = nozzle.orientation * body.angular_velocity;
+}
+
 Vec3 in_ball(double radius, Philox dice) {
   if (radius == 0) return Vec3::Zero();
   const Vec3 direction = dice.direction();
@@ -275,18 +302,20 @@ std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, ui
       emitter.sizes ? size_steps(*emitter.sizes) : std::vector<double>();
   const std::vector<double> likely =
       emitter.sizes ? size_weights(*emitter.sizes) : std::vector<double>();
+  const Motion nozzle = nozzle_motion(emitter);
   for (size_t i = 0; i < bodies.size(); ++i) {
     EmittedBody& body = bodies[i];
-    body.pose.position =
-        positions[i] + in_cube(emitter.position_jitter_m, dice.of(i, kPositionJitter));
-    body.pose.orientation =
-        emitter.orientation ? *emitter.orientation : dice.of(i, kOrientation).rotation();
-    body.linear_velocity = emitter.linear_velocity +
-                           in_ball(emitter.linear_velocity_jitter, dice.of(i, kLinearJitter));
-    body.angular_velocity = emitter.angular_velocity +
-                            in_ball(emitter.angular_velocity_jitter, dice.of(i, kAngularJitter));
-    const double delay_s = emitter.rate_hz > 0 ? static_cast<double>(i) / emitter.rate_hz : 0;
-    body.start_s = emitter.start_s + delay_s;
+    body.start_s = start_of(emitter, i);
+    body.pose = {positions[i],
+                 emitter.orientation ? *emitter.orientation : dice.of(i, kOrientation).rotation()};
+    body.linear_velocity = emitter.linear_velocity;
+    body.angular_velocity = emitter.angular_velocity;
+    if (!nozzle.empty()) {
+      launch_from(pose_at(nozzle, body.start_s), emitter.orientation.has_value(), body);
+    }
+    body.pose.position += in_cube(emitter.position_jitter_m, dice.of(i, kPositionJitter));
+    body.linear_velocity += in_ball(emitter.linear_velocity_jitter, dice.of(i, kLinearJitter));
+    body.angular_velocity += in_ball(emitter.angular_velocity_jitter, dice.of(i, kAngularJitter));
     body.shape = static_cast<uint32_t>(emitter.weights.empty()
                                            ? i % emitter.shapes.size()
                                            : drawn_by(emitter.weights, dice.of(i, kShape)));

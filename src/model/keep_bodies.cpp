@@ -18,7 +18,8 @@ void keep_bodies(const std::vector<bool>& stays, Model& model) {
     for (uint32_t& i : of) i = number[i];
   };
   for (ModelEvent& event : model.events) renumber(event.bodies);
-  std::erase_if(model.events, [](const ModelEvent& event) { return event.bodies.empty(); });
+  std::erase_if(model.events,
+                [](const ModelEvent& event) { return event.bodies.empty() && event.highest == 0; });
   for (ModelPairRule& rule : model.pair_rules) {
     renumber(rule.a);
     renumber(rule.b);
@@ -36,6 +37,7 @@ void keep_bodies(const std::vector<bool>& stays, Model& model) {
   };
   if (model.guide_fill) narrow(*model.guide_fill);
   if (model.moulded) narrow(*model.moulded);
+  for (EmitterStop& stop : model.stops) narrow(stop);
 }
 
 }  // namespace pilesim

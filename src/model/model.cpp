@@ -357,6 +357,11 @@ class ModelBuilder {
       model_.guide_fill = {first_body_[emitter.name].first, first_body_[emitter.name].second,
                            static_cast<uint32_t>(index), fills_as_mould(emitter)};
     }
+    if (emitter.until) {
+      model_.stops.push_back({{first_body_[emitter.name].first, first_body_[emitter.name].second},
+                              emitter.name,
+                              Bounds(emitter.until->min, emitter.until->max)});
+    }
     for (size_t i = 0; i < emitted.size(); ++i) {
       const EmittedBody& start = emitted[i];
       ModelBody body;
@@ -467,7 +472,10 @@ class ModelBuilder {
 
   void add_event(const Event& source, size_t index) {
     ModelEvent event{.time_s = source.time_s, .kind = ModelEvent::Kind::release};
-    if (std::holds_alternative<RemoveEvent>(source.action)) event.kind = ModelEvent::Kind::remove;
+    if (const auto* removal = std::get_if<RemoveEvent>(&source.action)) {
+      event.kind = ModelEvent::Kind::remove;
+      event.highest = static_cast<uint32_t>(removal->highest);
+    }
     if (const auto* hit = std::get_if<ImpulseEvent>(&source.action)) {
       event.kind = ModelEvent::Kind::impulse;
       event.impulse = hit->impulse;

@@ -87,6 +87,7 @@ struct ModelEvent {
   std::vector<uint32_t> bodies;
   Vec3 impulse = Vec3::Zero();  // N s
   std::optional<Vec3> point;
+  uint32_t highest = 0;  // of remove, without bodies: so many that are there, from the top
 };
 
 // A joint of the scene, or of a chain.
@@ -121,6 +122,12 @@ struct GuideFill : BodyRange {
   bool is_mould = false;  // not upside down
 };
 
+// Bodies of an emitter that stops once a body rests with its centre in `full`.
+struct EmitterStop : BodyRange {
+  std::string emitter;
+  Bounds full;  // m, world
+};
+
 // Two bodies that start inside one another.
 struct StartOverlap {
   uint32_t a = 0, b = 0;  // in Model::bodies, a < b
@@ -149,6 +156,7 @@ struct Model {
   // Signatures of objects whose shape names no file, where the mode needs it; null: not measured
   // yet.
   std::map<ObjectKey, std::shared_ptr<const Signature>> signatures;
+  std::vector<EmitterStop> stops;  // of emitters that a region may stop
 };
 
 // Joins the bodies a and b where they start, whatever `source` calls them; `b` may be

@@ -57,7 +57,7 @@ struct SimulationReport {
   uint64_t frames = 0;    // of the trajectory; `quality` belongs to the last one
   uint64_t dynamic_bodies = 0, static_bodies = 0, kinematic_bodies = 0;
   bool interrupted = false;
-  std::vector<std::string> notes;             // changes to bodies that the scene did not ask for
+  std::vector<std::string> notes;             // bodies that were moved, came late or never
   std::vector<std::string> collision_shapes;  // one line per shape: kind, pieces, errors
   std::vector<std::string> signatures;        // one line per shape that has one
   std::vector<FrameRow> rows;

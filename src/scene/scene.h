@@ -269,9 +269,10 @@ struct LineSource {
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // m
   double period_s = 1;                          // > 0
 };
-// A stream.
+// A stream from a nozzle. Where it moves, `motion` places it and turns what it launches.
 struct PointSource {
   Vec3 position = Vec3::Zero();  // m
+  Motion motion;
 };
 // A lattice inside a closed mesh, filled from the bottom up.
 struct VolumeSource {
@@ -295,6 +296,11 @@ struct Sizes {
   double from = 1, to = 1;  // times the shape's own size, > 0
   int steps = 5;            // 2 .. 64: so many sizes there are, `from` and `to` among them
   SizeDistribution distribution = SizeDistribution::uniform;
+};
+
+// An emitter stops once a body rests with its centre in this box.
+struct UntilFull {
+  Vec3 min = Vec3::Zero(), max = Vec3::Zero();  // m, world; min < max
 };
 
 struct Emitter {
@@ -322,6 +328,9 @@ struct Emitter {
   bool asleep = false;                   // each out of the solver until something hits it
   Preference preference = Preference::prefer_statistical;
   std::optional<Colour> colour;
+  // With a rate only.
+  std::optional<double> end_s;  // > start_s; `count` has no bodies that would start then or later
+  std::optional<UntilFull> until;
 };
 
 inline bool fills_guide(const Emitter& emitter) {
@@ -334,6 +343,7 @@ struct ReleaseEvent {
 };
 struct RemoveEvent {
   std::vector<std::string> bodies;
+  int highest = 0;  // without bodies: so many of those that are there, from the top; else 0
 };
 struct ImpulseEvent {
   std::vector<std::string> bodies;

@@ -391,6 +391,10 @@ class Checker {
     }
     if (emitter.materials.empty()) check_material(emitter.material, path / "material");
     check_mix(emitter, path);
+    if (const auto* stream = std::get_if<PointSource>(&emitter.source)) {
+      check_ascending(stream->motion, path / "motion");
+      check_motors(stream->motion.motors, path / "motors");
+    }
     check_owner_name(emitter.name, "emitters", index, path / "name");
   }
 
@@ -434,6 +438,10 @@ class Checker {
   void check_event(const Event& event, const Path& path) {
     // An event of no known type is not judged as if it were another.
     if (!log_.is_sound(path / "type")) return;
+    const auto* removal = std::get_if<RemoveEvent>(&event.action);
+    if (removal != nullptr && removal->highest > 0 && scene_.gravity.isZero(0)) {
+      log_.report(path / "highest", "needs gravity, which is zero", "\"bodies\" by name");
+    }
     const Path names = path / "bodies";
     std::visit(
         [&](const auto& action) {

@@ -20,6 +20,8 @@ const Codec<Scene>& scene_codec();
 // Its parts.
 Codec<Shape> shape_codec();
 Codec<Body> body_codec();
+Codec<MotionKey> motion_key_codec();
+Codec<Motor> kinematic_motor_codec();
 Codec<Emitter> emitter_codec();
 Codec<Joint> joint_codec();
 Codec<Chain> chain_codec();

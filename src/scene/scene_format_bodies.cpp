@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "core/rotation.h"
 #include "json/object_codec.h"
+#include "scene/motion_fields.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
 
@@ -30,6 +32,8 @@ Codec<SurfaceVelocity> surface_velocity_codec() {
                                         "rad/s, own frame, about the body's own origin.")}});
 }
 
+}  // namespace
+
 // The resolved scene keeps angles, as they count turns.
 Codec<MotionKey> motion_key_codec() {
   Fields<MotionKey> fields = pose_fields<MotionKey>(&MotionKey::pose, "the body at that time");
@@ -55,6 +59,8 @@ Codec<MotionKey> motion_key_codec() {
          if (key.rotation_deg) key.pose.orientation = from_rotation_deg(*key.rotation_deg);
        }});
 }
+
+namespace {
 
 // Reaches a member of the action V of a motor.
 template <class V, class M>
@@ -83,7 +89,9 @@ Fields<Motor> wave_fields() {
                        "Of the sine at start_s: 0 is the middle, 90 the far end.")};
 }
 
-Codec<Motor> motor_codec() {
+}  // namespace
+
+Codec<Motor> kinematic_motor_codec() {
   std::vector<Alternative<Motor>> types = {
       motor<SpinMotor>("spin", "Turns at a rate.",
                        {required_field<Motor>("angular_velocity", of(&SpinMotor::angular_velocity),
@@ -122,6 +130,8 @@ Codec<Motor> motor_codec() {
        }});
 }
 
+namespace {
+
 Fields<Body> identity_fields() {
   return {
       derived_field<Body>("name", &Body::name, text(),
@@ -132,7 +142,7 @@ Fields<Body> identity_fields() {
   };
 }
 
-Fields<Body> state_fields() {
+Fields<Body> start_fields() {
   return {
       field<Body>("linear_velocity", &Body::linear_velocity, vector3(),
                   "Velocity of the centre of mass at the start, m/s."),
@@ -151,18 +161,11 @@ Fields<Body> state_fields() {
       field<Body>("preference", &Body::preference, preference_codec(), kPreferenceText),
       optional_field<Body>("hinge", &Body::hinge, hinge_codec(),
                            "Lets a dynamic body turn about one axis only."),
-      field<Body>("motion", &Body::motion, list(motion_key_codec()),
-                  "Poses of a kinematic body by ascending times."),
-      field<Body>(
-          "interpolation", [](auto& body) -> auto& { return body.motion.interpolation; },
-          enumeration<Interpolation>(
-              {{"linear", Interpolation::linear}, {"smooth", Interpolation::smooth}}),
-          "Motion between keys: linear, or smooth: at rest at the first and the last key and never "
-          "beyond two neighbouring keys."),
-      field<Body>(
-          "motors", [](auto& body) -> auto& { return body.motion.motors; }, list(motor_codec()),
-          "A kinematic body spins, sways and shakes by motors, in its own frame, from where its "
-          "pose or its motion keys put it. Each motor moves those after it."),
+  };
+}
+
+Fields<Body> surface_fields() {
+  return {
       optional_field<Body>(
           "surface_velocity", &Body::surface_velocity, surface_velocity_codec(),
           "Velocity of the surface of a static or kinematic body that itself stays "
@@ -180,7 +183,8 @@ Codec<Body> body_codec() {
       {.noun = "a body",
        .fields = identity_fields() +
                  pose_fields<Body>(&Body::pose, "the shape's own frame (not its centre of mass)") +
-                 state_fields(),
+                 start_fields() + motion_fields<Body>(&Body::motion, "a kinematic body") +
+                 surface_fields(),
        .finish = [](const Json& json, const Path&, Body& body, ReadContext&) {
          const auto hinge = json.find("hinge");
          if (body.hinge && hinge->is_object() && !hinge->contains("anchor")) {
@@ -190,10 +194,18 @@ Codec<Body> body_codec() {
 }
 
 Codec<Event> event_codec() {
-  const auto bodies = [](auto& event) -> auto& {
+  const auto targets = [](auto& event) -> auto& {
     return std::visit(
         [](auto& action) -> auto& { return action.bodies; }, event.action);
   };
+  const Field<Event> bodies =
+      required_field<Event>("bodies", targets, list(text(), 1),
+                            "Names of bodies; an emitter's name means all its bodies, "
+                            "\"emitter/17\" its eighteenth.");
+  const auto highest = [](auto& event) -> auto& {
+    return std::get<RemoveEvent>(event.action).highest;
+  };
+  const auto is_by_height = [highest](const Event& event) { return highest(event) > 0; };
   const auto impulse = [](auto& event) -> auto& {
     return std::get<ImpulseEvent>(event.action).impulse;
   };
@@ -211,17 +223,23 @@ Codec<Event> event_codec() {
   };
   return object<Event>(
       {.noun = "an event",
-       .fields = {required_field<Event>("time_s", &Event::time_s, number(at_least(0)), "Time, s."),
-                  required_field<Event>("bodies", bodies, list(text(), 1),
-                                        "Names of bodies; an emitter's name means all its bodies, "
-                                        "\"emitter/17\" its eighteenth.")},
+       .fields = {required_field<Event>("time_s", &Event::time_s, number(at_least(0)), "Time, s.")},
        .choice_key = "type",
        .alternatives = {
-           alternative(ReleaseEvent{}, "release", "Lets held bodies go.", {}),
-           alternative(RemoveEvent{}, "remove", "Takes bodies out of the scene.", {}),
+           alternative(ReleaseEvent{}, "release", "Lets held bodies go.", {bodies}),
+           alternative(
+               RemoveEvent{}, "remove", "Takes bodies out of the scene.",
+               {in_group("bodies", unless(bodies, is_by_height)),
+                in_group("bodies",
+                         unless(required_field<Event>(
+                                    "highest", highest, integer(1, kMostBodies),
+                                    "Instead of bodies: so many of the dynamic bodies that are in "
+                                    "the scene then, those whose centres are highest."),
+                                std::not_fn(is_by_height)))}),
            alternative(
                ImpulseEvent{}, "impulse", "Applies an impulse to dynamic bodies.",
-               {required_field<Event>("impulse", impulse, vector3(),
+               {bodies,
+                required_field<Event>("impulse", impulse, vector3(),
                                       "Impulse on each body, N s, world frame."),
                 optional_field<Event>("point", point, vector3(),
                                       "Point at which it acts, m, world frame. Default: the "

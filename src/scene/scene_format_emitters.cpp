@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <cmath>
+
 #include "json/object_codec.h"
+#include "scene/motion_fields.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
 
@@ -23,11 +27,6 @@ Alternative<Emitter> alternative(std::string name, std::string description,
           .fields = std::move(fields)};
 }
 
-Field<Emitter> count_field() {
-  return required_field<Emitter>("count", &Emitter::count, integer(1, kMostBodies),
-                                 "Number of bodies.");
-}
-
 Field<Emitter> rate_field() {
   return field<Emitter>("rate_hz", &Emitter::rate_hz, number(at_least(0)),
                         "Bodies a second, one by one from start_s on; 0: all at start_s.");
@@ -37,6 +36,94 @@ Field<Emitter> rate_field() {
 Field<Emitter> required_rate_field() {
   return required_field<Emitter>("rate_hz", &Emitter::rate_hz, number(above(0)),
                                  "Bodies a second, one by one from start_s on.");
+}
+
+Codec<UntilFull> box_codec() {
+  return object<UntilFull>(
+      {.noun = "a box",
+       .fields = {required_field<UntilFull>("min", &UntilFull::min, vector3(),
+                                            "Its least corner, m, world frame."),
+                  required_field<UntilFull>("max", &UntilFull::max, vector3(),
+                                            "Its greatest corner, m, world frame.")},
+       .finish = [](const Json&, const Path& path, UntilFull& box, ReadContext& context) {
+         const Path max = path / "max";
+         if (!context.log.is_sound(path)) return;
+         for (int k = 0; k < 3; ++k) {
+           if (box.max[k] > box.min[k]) continue;
+           context.log.report(max / static_cast<size_t>(k), "is " + number_text(box.max[k]),
+                              "more than " + number_text(box.min[k]) + ", that of \"min\"");
+         }
+       }});
+}
+
+Field<Emitter> until_field() {
+  const auto self = [](auto& until) -> auto& { return until; };
+  const Codec<UntilFull> until = object<UntilFull>(
+      {.noun = "the end of an emitter",
+       .fields = {required_field<UntilFull>(
+           "full", self, box_codec(),
+           "A box, such as the top of a container. Full: a body lies with its centre in it, "
+           "asleep or slow for a while.")}});
+  return optional_field<Emitter>("until", &Emitter::until, until,
+                                 "When the emitter stops before its end: bodies that have not "
+                                 "started by then never do.");
+}
+
+// Keys of emitters whose bodies may start one by one until a time.
+Fields<Emitter> stream_fields(const Field<Emitter>& rate) {
+  return {derived_field<Emitter>("count", &Emitter::count, integer(1, kMostBodies),
+                                 "Number of bodies. Default: all that start before end_s."),
+          rate,
+          optional_field<Emitter>("end_s", &Emitter::end_s, number(above(0)),
+                                  "When no more bodies start, s. Default: after count."),
+          until_field()};
+}
+
+bool has_stream_fields(const Emitter& emitter) {
+  return std::holds_alternative<DiskSource>(emitter.source) ||
+         std::holds_alternative<LineSource>(emitter.source) ||
+         std::holds_alternative<PointSource>(emitter.source);
+}
+
+// `count` of those that start before end_s, or less where it is given.
+void count_to_end(const Path& path, bool is_counted, Emitter& emitter, ReadContext& context) {
+  const double end_s = *emitter.end_s;
+  if (end_s <= emitter.start_s) {
+    context.log.report(path / "end_s", "is " + number_text(end_s),
+                       "more than " + number_text(emitter.start_s) + ", its start_s");
+    return;
+  }
+  constexpr double kRounding = 1e-6;  // of a body
+  const double count =
+      std::max(1.0, std::ceil((end_s - emitter.start_s) * emitter.rate_hz - kRounding));
+  if (!is_counted && count > kMostBodies) {
+    context.log.report(path / "end_s", "gives " + number_text(count) + " bodies",
+                       "at most " + std::to_string(kMostBodies));
+    return;
+  }
+  emitter.count = static_cast<int>(is_counted ? std::min<double>(count, emitter.count) : count);
+}
+
+void finish_emitter(const Json& json, const Path& path, Emitter& emitter, ReadContext& context) {
+  const bool is_counted = json.contains("count");
+  const bool has_rate = context.log.is_sound_itself(path) && context.log.is_sound(path / "rate_hz");
+  if (has_stream_fields(emitter) && !is_counted && !json.contains("end_s")) {
+    context.log.report(path, "has no \"count\" or \"end_s\"",
+                       "the number of bodies, or the time from which none starts");
+  }
+  if (!has_rate || !context.log.is_sound(path / "count")) return;
+  if (emitter.rate_hz == 0) {
+    const auto refuse = [&](bool is_given, const char* key) {
+      if (!is_given) return;
+      context.log.report_key(path / key, "stands without a rate: all bodies start at once",
+                             "\"rate_hz\" above 0");
+    };
+    refuse(emitter.end_s.has_value(), "end_s");
+    refuse(emitter.until.has_value(), "until");
+  } else if (emitter.end_s && context.log.is_sound(path / "end_s") &&
+             context.log.is_sound(path / "start_s")) {
+    count_to_end(path, is_counted, emitter, context);
+  }
 }
 
 // "shape": "rabbit" for "shapes": ["rabbit"].
@@ -52,14 +139,6 @@ Codec<std::vector<std::string>> single_shape() {
   };
   codec.write = [](const std::vector<std::string>&) { return Json(); };
   return codec;
-}
-
-// Younger than scenes whose resolved text is hashed: left out where it is as before.
-Field<Emitter> unless(Field<Emitter> field, std::function<bool(const Emitter&)> is_default) {
-  field.write = [write = field.write, is_default](const Emitter& emitter) {
-    return is_default(emitter) ? std::nullopt : write(emitter);
-  };
-  return field;
 }
 
 Codec<Sizes> sizes_codec() {
@@ -154,7 +233,7 @@ Alternative<Emitter> grid() {
                                "Bodies along x, y and z."),
        required_field<Emitter>("spacing", of(&GridSource::spacing), vector3(above(0)),
                                "Distances between neighbours along x, y and z, m."),
-       rate_field()});
+       rate_field(), until_field()});
 }
 
 Alternative<Emitter> disk() {
@@ -162,28 +241,44 @@ Alternative<Emitter> disk() {
       "disk",
       "Uniformly random in an upright cylinder. Bodies that start together keep clear of one "
       "another while there is room.",
-      {field<Emitter>("centre", of(&DiskSource::centre), vector3(), "Centre of the cylinder, m."),
-       required_field<Emitter>("radius", of(&DiskSource::radius), number(above(0)), "Radius, m."),
-       field<Emitter>("height", of(&DiskSource::height), number(at_least(0)), "Full height, m."),
-       count_field(), rate_field()});
+      Fields<Emitter>{field<Emitter>("centre", of(&DiskSource::centre), vector3(),
+                                     "Centre of the cylinder, m."),
+                      required_field<Emitter>("radius", of(&DiskSource::radius), number(above(0)),
+                                              "Radius, m."),
+                      field<Emitter>("height", of(&DiskSource::height), number(at_least(0)),
+                                     "Full height, m.")} +
+          stream_fields(rate_field()));
 }
 
 Alternative<Emitter> line() {
   return alternative<LineSource>(
       "line", "A point that moves from one end of a line to the other and back.",
-      {required_field<Emitter>("from", of(&LineSource::from), vector3(),
-                               "First end of the line, m."),
-       required_field<Emitter>("to", of(&LineSource::to), vector3(), "Second end of the line, m."),
-       required_field<Emitter>("period_s", of(&LineSource::period_s), number(above(0)),
-                               "Time from the first end to the second and back, s."),
-       count_field(), required_rate_field()});
+      Fields<Emitter>{
+          required_field<Emitter>("from", of(&LineSource::from), vector3(),
+                                  "First end of the line, m."),
+          required_field<Emitter>("to", of(&LineSource::to), vector3(),
+                                  "Second end of the line, m."),
+          required_field<Emitter>("period_s", of(&LineSource::period_s), number(above(0)),
+                                  "Time from the first end to the second and back, "
+                                  "s.")} +
+          stream_fields(required_rate_field()));
 }
 
 Alternative<Emitter> stream() {
+  Fields<Emitter> motion = motion_fields<Emitter>(of(&PointSource::motion), "the nozzle");
+  for (Field<Emitter>& each : motion) {
+    each = unless(each, [](const Emitter& e) {
+      const Motion& nozzle = std::get<PointSource>(e.source).motion;
+      return nozzle.empty() && nozzle.motors.empty();
+    });
+  }
   return alternative<PointSource>(
-      "stream", "One by one from a point; linear_velocity gives the direction.",
-      {field<Emitter>("position", of(&PointSource::position), vector3(), "The point, m."),
-       count_field(), required_rate_field()});
+      "stream",
+      "One by one from a nozzle. Where it turns, so do the velocities and a given orientation of "
+      "its bodies.",
+      Fields<Emitter>{
+          field<Emitter>("position", of(&PointSource::position), vector3(), "The nozzle, m.")} +
+          stream_fields(required_rate_field()) + motion);
 }
 
 Alternative<Emitter> volume() {
@@ -202,7 +297,7 @@ Alternative<Emitter> volume() {
                                       "Distance between neighbours in the lattice, m."),
               field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
                              "Greatest number of bodies; 0: as many as fit."),
-              rate_field()});
+              rate_field(), until_field()});
 }
 
 Alternative<Emitter> guide() {
@@ -232,7 +327,8 @@ Codec<Emitter> emitter_codec() {
       {.noun = "an emitter",
        .fields = common_fields() + mix_fields(),
        .choice_key = "type",
-       .alternatives = {grid(), disk(), line(), stream(), volume(), guide(), mould()}});
+       .alternatives = {grid(), disk(), line(), stream(), volume(), guide(), mould()},
+       .finish = finish_emitter});
 }
 
 }  // namespace pilesim

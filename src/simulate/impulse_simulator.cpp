@@ -40,6 +40,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  const Lifecycle& life() const override { return life_; }
   std::vector<std::string> notes() const override { return life_.notes(); }
   FrameStatistics statistics() const override;
 
@@ -135,6 +136,7 @@ void ImpulseSimulator::move_kinematic_bodies() {
 
 FrameStatistics ImpulseSimulator::step_frame() {
   timer_.take();
+  life_.begin_frame();
   int steps = 0;
   for (int left = 1; left > 0; ++steps) {
     life_.bring_bodies(handlers_);

@@ -1,7 +1,10 @@
 #include "simulate/lifecycle.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "core/counted.h"
 #include "core/error.h"
@@ -13,10 +16,18 @@ namespace pilesim {
 namespace {
 // Times within this share of a step are the same time.
 constexpr double kSameTime = 1e-6;
+// A body lies once it has been slower than this share of sqrt(g r), r its bounding radius, for
+// sqrt(r / g): at the top of a bounce it is so slow for a fifth of that.
+constexpr double kSlow = 0.1;
 }  // namespace
 
 Lifecycle::Lifecycle(const Scene& scene, const Model& model)
-    : model_(model), frame_rate_(scene.frame_rate), step_s_(scene.actual_step_s()) {
+    : model_(model),
+      frame_rate_(scene.frame_rate),
+      step_s_(scene.actual_step_s()),
+      gravity_(scene.gravity) {
+  if (!model.stops.empty()) state_.resting.resize(model.bodies.size());
+  state_.stopped.resize(model.stops.size());
   BodyStates& states = state_.bodies;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
@@ -57,6 +68,39 @@ bool Lifecycle::waits_for_room(uint32_t body) const {
   return distances_ && state_.steps > 0 && !fills && model_.bodies[body].role == Role::dynamic;
 }
 
+void Lifecycle::watch_rest() {
+  const double gravity = gravity_.norm();
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    const double radius_m = model_.shapes[model_.bodies[i].shape].bounding_radius;
+    const bool is_slow = has(i, kAsleep) || state_.bodies.linear_velocity[i].norm() <=
+                                                kSlow * std::sqrt(gravity * radius_m);
+    state_.resting[i] = is_in_world(i) && is_slow ? state_.resting[i] + 1 : 0;
+  }
+}
+
+bool Lifecycle::lies_in(const Bounds& region) const {
+  const double gravity = gravity_.norm();
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    if (state_.resting[i] == 0 || !region.contains(state_.bodies.position[i])) continue;
+    if (has(i, kAsleep)) return true;
+    const double slow_s = (state_.resting[i] - 1) / frame_rate_;
+    const double radius_m = model_.shapes[model_.bodies[i].shape].bounding_radius;
+    if (slow_s > 0 && gravity * slow_s * slow_s >= radius_m) return true;
+  }
+  return false;
+}
+
+void Lifecycle::begin_frame() {
+  if (model_.stops.empty()) return;
+  watch_rest();
+  for (size_t i = 0; i < model_.stops.size(); ++i) {
+    const EmitterStop& stop = model_.stops[i];
+    const auto comes_of_it = [&](uint32_t body) { return stop.contains(body); };
+    if (std::ranges::none_of(state_.waiting, comes_of_it) || !lies_in(stop.full)) continue;
+    state_.stopped[i] += std::erase_if(state_.waiting, comes_of_it);
+  }
+}
+
 void Lifecycle::bring_bodies(const LifeHandlers& handlers) {
   const double now_s = time_s() + kSameTime * step_s_;
   std::optional<ClearPlaces> places;
@@ -80,6 +124,33 @@ void Lifecycle::bring_bodies(const LifeHandlers& handlers) {
     appear(body, handlers);
   }
   state_.waiting.insert(state_.waiting.end(), blocked.rbegin(), blocked.rend());
+}
+
+double Lifecycle::last_start_s() const {
+  double last_s = kFromTheStart;
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    if (has(i, kPresent)) last_s = std::max(last_s, model_.bodies[i].start_s);
+  }
+  for (const uint32_t body : state_.waiting) {
+    last_s = std::max(last_s, model_.bodies[body].start_s);
+  }
+  return last_s;
+}
+
+uint64_t Lifecycle::stopped() const {
+  return std::accumulate(state_.stopped.begin(), state_.stopped.end(), uint64_t{0});
+}
+
+std::vector<std::string> Lifecycle::stops() const {
+  std::vector<std::string> lines;
+  for (size_t i = 0; i < model_.stops.size(); ++i) {
+    const EmitterStop& stop = model_.stops[i];
+    if (state_.stopped[i] == 0) continue;
+    lines.push_back("'" + stop.emitter + "' stopped when its region was full: " +
+                    std::to_string(stop.count - state_.stopped[i]) + " of " +
+                    counted(stop.count, "body", "bodies") + " came");
+  }
+  return lines;
 }
 
 std::vector<std::string> Lifecycle::notes() const {
@@ -121,7 +192,23 @@ void Lifecycle::bring_events(const LifeHandlers& handlers) {
     const ModelEvent& event = model_.events[state_.next_event];
     if (event.time_s > now_s) return;
     for (const uint32_t body : event.bodies) happen(event, body, handlers);
+    for (const uint32_t body : highest(event.highest, handlers)) happen(event, body, handlers);
   }
+}
+
+std::vector<uint32_t> Lifecycle::highest(uint32_t count, const LifeHandlers& handlers) const {
+  if (count == 0) return {};
+  std::vector<std::pair<double, uint32_t>> depths;
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    if (!is_in_world(i)) continue;
+    const double depth = gravity_.dot(handlers.pose(i).position);
+    if (std::isfinite(depth)) depths.emplace_back(depth, i);  // else reported at the frame's end
+  }
+  std::ranges::sort(depths);
+  if (depths.size() > count) depths.resize(count);
+  std::vector<uint32_t> bodies;
+  for (const auto& [depth, body] : depths) bodies.push_back(body);
+  return bodies;
 }
 
 void Lifecycle::happen(const ModelEvent& event, uint32_t body, const LifeHandlers& handlers) {
@@ -167,6 +254,9 @@ void Lifecycle::load(StateReader& reader) {
     StateReader::require(size == count, "an entry for each body");
   }
   StateReader::require_below(state_.waiting, count);
+  StateReader::require(state_.resting.size() == (model_.stops.empty() ? 0 : count),
+                       "an entry for each body where emitters stop");
+  StateReader::require(state_.stopped.size() == model_.stops.size(), "an entry for each stop");
   StateReader::require(state_.next_event <= model_.events.size(), "an event of the scene");
   for (uint32_t body = 0; body < count; ++body) check_finite(body);
 }

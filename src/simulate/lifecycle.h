@@ -32,11 +32,13 @@ struct LifeState {
   uint64_t next_event = 0;        // in Model::events
   uint64_t late = 0;              // bodies that came after their time: others were in their place
   double latest_s = 0;            // by how much, at most
+  std::vector<uint32_t> resting;  // (B) frames for which each has been slow; empty without stops
+  std::vector<uint64_t> stopped;  // (Model::stops) bodies that never come, as their emitter stopped
   BodyStates bodies;
 
   static void fields(auto& self, auto& stream) {
     stream(self.steps, self.frames, self.time_s, self.waiting, self.next_event, self.late,
-           self.latest_s, self.bodies);
+           self.latest_s, self.resting, self.stopped, self.bodies);
   }
 };
 
@@ -57,6 +59,9 @@ class Lifecycle {
   }
   bool is_in_world(uint32_t body) const { return is_free(body) && has(body, kPresent); }
 
+  // Before all else of a frame. Emitters whose region is full stop: by states(), which are those at
+  // the end of the frame before.
+  void begin_frame();
   // The bodies whose time has come appear, in order of time, then of index. After the start each
   // waits until no other that moves is in its place; bodies that fill a guide do not.
   void bring_bodies(const LifeHandlers& handlers);
@@ -67,6 +72,12 @@ class Lifecycle {
   void end_step();
   void end_frame();
 
+  // The time at which the last body that has come, or is still to come, starts, s.
+  double last_start_s() const;
+  // The bodies that never come, as their emitter stopped.
+  uint64_t stopped() const;
+  // For people, a line for each emitter that stopped: how many of its bodies came.
+  std::vector<std::string> stops() const;
   // For people, a line each: who came late, and who still waits. Empty: nobody.
   std::vector<std::string> notes() const;
 
@@ -78,6 +89,9 @@ class Lifecycle {
   void load(StateReader& reader);
 
  private:
+  void watch_rest();
+  bool lies_in(const Bounds& region) const;
+  std::vector<uint32_t> highest(uint32_t count, const LifeHandlers& handlers) const;
   bool waits_for_room(uint32_t body) const;
   void appear(uint32_t body, const LifeHandlers& handlers);
   void leave(uint32_t body, const LifeHandlers& handlers);
@@ -86,6 +100,7 @@ class Lifecycle {
   const Model& model_;
   double frame_rate_;
   double step_s_;
+  Vec3 gravity_;                            // m/s^2
   std::optional<BodyDistances> distances_;  // where bodies come after the start
   LifeState state_;
 };

@@ -31,6 +31,8 @@ struct FrameStatistics {
   }
 };
 
+class Lifecycle;
+
 class Simulator {
  public:
   virtual ~Simulator() = default;
@@ -38,6 +40,8 @@ class Simulator {
   // the frame if a state stops being finite.
   virtual FrameStatistics step_frame() = 0;
   virtual const BodyStates& states() const = 0;
+  // Which bodies are still to come, and which never will.
+  virtual const Lifecycle& life() const = 0;
   // Figures of the state as it is, with zero times: for frame 0.
   virtual FrameStatistics statistics() const = 0;
   // For the report: the signatures that bodies collide by, if they do; a line a shape.

@@ -6,7 +6,7 @@ import os
 import signal
 import unittest
 
-from support import CommandTest, tree_bytes
+from support import BOXES, CommandTest, tree_bytes
 
 GATES = "penetration>0.02D,floating>0,unsettled>0,escaped>0"
 
@@ -269,6 +269,35 @@ class SettledTest(CommandTest):
                 self.assertGreater(frames, 15)  # 1 m takes 0.45 s to fall
                 self.assertLess(frames, 150)
                 self.assertAlmostEqual(report["until"]["since_s"], frames / 30, delta=1)
+
+    def test_who_does_not_come_as_its_region_is_full_is_not_waited_for(self):
+        poured = {
+            "shapes": BOXES["shapes"] | {"bin": {"type": "bin", "size": [0.6, 0.5, 0.6]}},
+            "bodies": BOXES["bodies"] + [{"shape": "bin", "material": "wood", "role": "static"}],
+            "emitters": [
+                {
+                    "name": "boxes",
+                    "type": "stream",
+                    "shape": "box",
+                    "material": "wood",
+                    "position": [0, 0.9, 0],
+                    "position_jitter_m": 0.1,
+                    "rate_hz": 4,
+                    "end_s": 50,
+                    "until": {"full": {"min": [-0.3, 0.4, -0.3], "max": [0.3, 0.7, 0.3]}},
+                }
+            ],
+        }
+        for mode in ("impulse", "particle"):
+            with self.subTest(mode=mode):
+                report = self.run_until_settled(mode, **poured)
+                self.assertEqual(report["until"]["settled"], True)
+                came = report["counts"]["dynamic_bodies"]
+                self.assertIn(came, range(2, 40))
+                self.assertEqual(report["quality_at_end"]["bodies"], came)
+                line = f"'boxes' stopped when its region was full: {came} of 200 bodies came"
+                self.assertIn(line, report["notes"])
+        self.assertIn("at most 200 bodies", self.succeed("validate", "scene.json").stdout)
 
     def test_what_is_finished_is_reported_as_it_lies_then(self):
         for longest in (20, 0.3):

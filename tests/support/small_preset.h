@@ -109,7 +109,12 @@ class PresetShrinker {
       if (const double rate = emitter.value("rate_hz", 0.0); rate > 0) {
         set(at + "/rate_hz", rate * after / before * faster_);
       }
-      if (emitter.contains("start_s")) set(at + "/start_s", hastened(emitter["start_s"]));
+      for (const char* key : {"start_s", "end_s"}) {
+        if (emitter.contains(key)) set(at + '/' + key, hastened(emitter[key]));
+      }
+      PresetJson motion = emitter.value("motion", PresetJson::array());
+      for (PresetJson& key : motion) hasten(key["time_s"]);
+      if (!motion.empty()) set(at + "/motion", motion);
     }
   }
 
@@ -117,14 +122,16 @@ class PresetShrinker {
     PresetJson events = list("events");
     for (PresetJson& event : events) {
       hasten(event["time_s"]);
+      if (event.contains("highest")) continue;
       PresetJson kept = PresetJson::array();
       for (const PresetJson& name : event["bodies"]) {
         if (!gone_.contains(name.get<std::string>())) kept.push_back(name);
       }
       event["bodies"] = kept;
     }
-    std::erase_if(events.get_ref<PresetJson::array_t&>(),
-                  [](const PresetJson& event) { return event["bodies"].empty(); });
+    std::erase_if(events.get_ref<PresetJson::array_t&>(), [](const PresetJson& event) {
+      return event.contains("bodies") && event["bodies"].empty();
+    });
     set("/events", events);
   }
 

@@ -104,6 +104,37 @@ TEST(Emitters, StreamStartsOneByOneAndTakesShapesInTurn) {
   }
 }
 
+TEST(Emitters, ANozzleIsWhereItsKeysPutItWhenABodyStarts) {
+  PointSource nozzle{.position = {9, 9, 9}};
+  nozzle.motion = {{.time_s = 1, .pose = {{0, 2, 0}, Quat::Identity()}},
+                   {.time_s = 3, .pose = {{4, 2, 0}, Quat::Identity()}}};
+  Emitter stream = emitter(nozzle, 9);
+  stream.rate_hz = 2;
+  for (const EmittedBody& body : unroll(stream, 0, kSeed, 1, nullptr)) {
+    const double x = std::clamp(2 * (body.start_s - 1), 0.0, 4.0);
+    EXPECT_NEAR((body.pose.position - Vec3(x, 2, 0)).norm(), 0, 1e-12) << body.start_s;
+  }
+}
+
+TEST(Emitters, ANozzleTurnsWhatItLaunches) {
+  // A quarter of a turn about z in a second, on a circle of 2 m.
+  PointSource nozzle{.position = {2, 5, 0}};
+  nozzle.motion.motors = {{.action = SpinMotor{{0, 0, kPi / 2}, {-2, 0, 0}}}};
+  Emitter stream = emitter(nozzle, 5);
+  stream.rate_hz = 1;
+  stream.linear_velocity = {3, 0, 0};
+  stream.angular_velocity = {0, 1, 0};
+  stream.orientation = Quat::Identity();
+  const auto bodies = unroll(stream, 0, kSeed, 1, nullptr);
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    const Quat turn(Eigen::AngleAxisd(kPi / 2 * static_cast<double>(i), Vec3::UnitZ()));
+    EXPECT_NEAR((bodies[i].pose.position - Vec3(0, 5, 0) - turn * Vec3(2, 0, 0)).norm(), 0, 1e-12);
+    EXPECT_NEAR((bodies[i].linear_velocity - turn * Vec3(3, 0, 0)).norm(), 0, 1e-12);
+    EXPECT_NEAR((bodies[i].angular_velocity - turn * Vec3(0, 1, 0)).norm(), 0, 1e-12);
+    EXPECT_NEAR(bodies[i].pose.orientation.angularDistance(turn), 0, 1e-7);
+  }
+}
+
 TEST(Emitters, OrientationsAreUniformUnlessGiven) {
   const Emitter rain = emitter(DiskSource{}, 20'000);
   Mat3 mean = Mat3::Zero();

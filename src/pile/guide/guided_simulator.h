@@ -33,6 +33,7 @@ class GuidedSimulator final : public Simulator {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return simulator_->states(); }
+  const Lifecycle& life() const override { return simulator_->life(); }
   std::vector<std::string> notes() const override;
   FrameStatistics statistics() const override { return simulator_->statistics(); }
   void save(StateWriter& writer) const override;

@@ -48,6 +48,7 @@ class BulletSimulator final : public Simulator {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  const Lifecycle& life() const override { return life_; }
   FrameStatistics statistics() const override;
   std::vector<std::string> notes() const override { return life_.notes(); }
   void save(StateWriter& writer) const override { writer(frames_); }
@@ -233,6 +234,7 @@ Pose BulletSimulator::pose_now(uint32_t index) const {
 
 FrameStatistics BulletSimulator::step_frame() {
   timer_.take();
+  life_.begin_frame();
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
     life_.bring_bodies(handlers_);

@@ -94,6 +94,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  const Lifecycle& life() const override { return life_; }
   std::vector<std::string> notes() const override { return life_.notes(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
@@ -513,6 +514,7 @@ void MixedSimulator<World, Coupling>::step() {
 template <class World, class Coupling>
 FrameStatistics MixedSimulator<World, Coupling>::step_frame() {
   timer_.take();
+  life_.begin_frame();
   choose_levels();
   const int steps = scene_.steps_per_frame();
   for (int i = 0; i < steps; ++i) {

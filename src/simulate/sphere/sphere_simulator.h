@@ -49,6 +49,7 @@ class SphereSimulator final : public Simulator {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  const Lifecycle& life() const override { return life_; }
   std::vector<std::string> notes() const override { return life_.notes(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
@@ -146,6 +147,7 @@ void SphereSimulator<World>::move_kinematic_bodies() {
 template <class World>
 FrameStatistics SphereSimulator<World>::step_frame() {
   timer_.take();
+  life_.begin_frame();
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
     life_.bring_bodies(handlers_);
