@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes drum.obj and bowl.obj of this folder: closed surfaces turned about an axis.
+"""Writes drum.obj, bowl.obj and jar.obj of this folder: closed surfaces turned about an axis.
 
 Run it here after a change:  python3 turned.py
 """
@@ -65,6 +65,10 @@ DRUM = [(0, -0.28), (0.54, -0.28), (0.54, 0.28), (0.36, 0.28), (0.36, 0.25), (0.
         (0.5, -0.25), (0, -0.25)]
 # The floor rises a little towards its middle, so that parts walk along the wall.
 BOWL = [(0, -0.01), (0.16, -0.015), (0.215, 0.075), (0.207, 0.075), (0.155, 0), (0, 0.012)]
+# A foot, a belly and a lip.
+JAR = [(0, 0), (0.085, 0), (0.115, 0.035), (0.118, 0.11), (0.105, 0.15), (0.111, 0.165),
+       (0.105, 0.166), (0.099, 0.15), (0.112, 0.11), (0.109, 0.037), (0.082, 0.006), (0, 0.006)]
 
 write("drum.obj", *turned(DRUM, drum_point))
 write("bowl.obj", *turned(BOWL, bowl_point))
+write("jar.obj", *turned(JAR, bowl_point))
