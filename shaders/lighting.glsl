@@ -1,4 +1,4 @@
-// Shading of everything opaque: one large key light, and a sky and a ground that fill in from all
+// Shading of surfaces: one large key light, and a sky and a ground that fill in from all
 // sides.
 
 uniform vec3 to_light;        // unit
@@ -18,6 +18,10 @@ struct Gloss {
 // that mirrors.
 Gloss gloss_of(float kind) {
   if (!is_body(kind)) return Gloss(0.0, 1.0, 0.0, 1.0, 0.0);
+  // Clear bodies are polished; what sends light has the usual gloss.
+  if (is_special(kind)) {
+    kind = is_metal(kind) ? kind + 128.0 / 255.0 : is_clear(kind) ? kind + 168.0 / 255.0 : 1.0;
+  }
   float code = round(255.0 * kind) - 193.0;
   bool as_by_default = code > 61.5;
   float roughness = as_by_default ? 0.45 : max(mod(code, 10.0) / 9.0, 0.15);
@@ -37,6 +41,21 @@ vec4 coat(vec3 normal, vec3 view, vec3 key, float amount, float open_share) {
   float up = reflect(-view, normal).y;
   vec3 surroundings = mix(bounce_radiance, sky_radiance, smoothstep(-0.02, 0.06, up));
   return vec4((key * highlight + open_share * surroundings) * reflectance, 1.0 - reflectance);
+}
+
+// As shade(), for a metal of this colour.
+vec3 shade_metal(vec3 normal, vec3 albedo, Gloss gloss, vec3 view, float key_share,
+                 float open_share) {
+  vec3 key = key_radiance * (key_share * max(dot(normal, to_light), 0.0));
+  float highlight = pow(max(dot(normal, normalize(view + to_light)), 0.0), gloss.power) * gloss.height;
+  vec3 mirrored = reflect(-view, normal);
+  vec3 below = bounce_radiance + 0.3 * key_radiance * to_light.y;
+  vec3 surroundings = mix(below, backdrop * background(mirrored),
+                          smoothstep(-0.3, 0.3, gloss.sharpness * mirrored.y));
+  float edge = 1.0 - max(dot(normal, view), 0.0);
+  float edge2 = edge * edge;
+  vec3 reflectance = mix(albedo, vec3(1.0), edge2 * edge2 * edge);
+  return (key * highlight + open_share * surroundings) * reflectance;
 }
 
 // Linear radiance from a surface towards the eye, to which `view` points (unit). `key_share` and
@@ -68,7 +87,11 @@ vec3 radiance(vec3 normal, vec4 material, vec3 ray, float away, float key_share,
               float open_share) {
   vec3 behind = backdrop * background(ray);
   Gloss gloss = gloss_of(material.a);
-  vec3 lit = shade(normal, material.rgb * material.rgb, gloss, -ray, key_share, open_share);
+  vec3 albedo = material.rgb * material.rgb;
+  vec3 lit = is_metal(material.a)
+                 ? shade_metal(normal, albedo, gloss, -ray, key_share, open_share)
+                 : shade(normal, albedo, gloss, -ray, key_share, open_share);
+  lit += emission_of(material.a) * albedo;
   float far = away / fade_distance;
   float fade = is_body(material.a) ? 0.0 : 1.0 - exp(-far * far);
   return mix(lit, behind, is_sky(material.a) ? 1.0 : fade);

@@ -136,6 +136,9 @@ class Store:
             "look_painted": [p for _, _, p, _ in looks],
             "look_roughness": [g[0] for _, _, _, g in looks],
             "look_clear_coat": [g[1] for _, _, _, g in looks],
+            "look_metallic": [g[2] for _, _, _, g in looks],
+            "look_transmission": [g[3] for _, _, _, g in looks],
+            "look_emission": [g[4] for _, _, _, g in looks],
             "frame_rate": self.attributes["frame_rate"],
             "aspect": size[0] / size[1],
         }
@@ -163,7 +166,8 @@ class Store:
         return max(radii)
 
     def gloss_of_bodies(self):
-        """Roughness and clear coat, as in pilesim export: rounded if there are many, and planes matt."""
+        """Roughness, clear coat, metallic, transmission and emission, as in pilesim export: rounded if there
+        are many, and planes matt."""
         gloss = numpy.full((len(self.shape), 2), PLAIN_GLOSS)
         if os.path.isdir(os.path.join(self.path, "body_gloss")):
             gloss = self.stored("body_gloss").whole().astype(float)
@@ -171,7 +175,11 @@ class Store:
             gloss = numpy.round(gloss * GLOSS_STEPS) / GLOSS_STEPS
         plane = numpy.array([shape["plane"] for shape in self.attributes["shapes"]])
         gloss[plane[self.shape]] = 1, 0
-        return gloss
+        substance = numpy.zeros((len(self.shape), 3))
+        if os.path.isdir(os.path.join(self.path, "body_substance")):
+            substance = self.stored("body_substance").whole().astype(float)
+        substance[plane[self.shape]] = 0
+        return numpy.hstack([gloss, substance])
 
     def stored(self, name):
         return Array(os.path.join(self.path, *name.split("/")), self.unpack)

@@ -127,6 +127,12 @@ class Materials:
         new = bpy.app.version >= (4, 0, 0)
         shader.inputs["Coat Weight" if new else "Clearcoat"].default_value = coat
         shader.inputs["Coat Roughness" if new else "Clearcoat Roughness"].default_value = COAT_ROUGHNESS
+        metallic, transmission, emission = (
+            self.pile.about["look_" + what][look] for what in ("metallic", "transmission", "emission"))
+        shader.inputs["Metallic"].default_value = metallic
+        shader.inputs["Transmission Weight" if new else "Transmission"].default_value = transmission
+        shader.inputs["Emission Color" if new else "Emission"].default_value = (*linear, 1)
+        shader.inputs["Emission Strength"].default_value = emission
         material.diffuse_color = (*linear, 1)
         if texture:
             paint = nodes.new("ShaderNodeTexImage")

@@ -34,10 +34,11 @@ std::string hex(const Colour& colour) {
   return text.data();
 }
 
-using Gloss = std::array<float, 2>;  // roughness, clear coat
+using Gloss = std::array<float, 2>;      // roughness, clear coat
+using Substance = std::array<float, 3>;  // metallic, transmission, emission
 
 Gloss plain_gloss() {
-  const Material plain;
+  const Look plain;
   return {static_cast<float>(plain.roughness), static_cast<float>(plain.clear_coat)};
 }
 
@@ -65,6 +66,17 @@ std::string gloss_words(const Gloss& gloss, bool is_plane) {
   if (gloss[1] == 0) return text;
   text += " coat ";
   append_rounded(text, gloss[1], 3);
+  return text;
+}
+
+std::string substance_words(const Substance& substance) {
+  constexpr std::array kWords = {" metallic ", " transmission ", " emission "};
+  std::string text;
+  for (size_t i = 0; i < kWords.size(); ++i) {
+    if (substance[i] == 0) continue;
+    text += kWords[i];
+    append_rounded(text, substance[i], 3);
+  }
   return text;
 }
 
@@ -98,18 +110,23 @@ void ExportSource::choose_bodies() {
                                           ? std::vector<uint8_t>(all.body_count(), 1)
                                           : bodies_named(choice_.only, all.body_name, "--only");
   const std::vector<Gloss> gloss = glosses_of(all);
-  std::map<std::tuple<uint32_t, bool, Gloss, Colour>, uint32_t> look_of;
+  std::map<std::tuple<uint32_t, bool, Gloss, Substance, Colour>, uint32_t> look_of;
   for (uint32_t id = 0; id < all.body_count(); ++id) {
     if (chosen[id] == 0) continue;
     const bool is_painted = all.body_painted[id] != 0;
-    const std::tuple key(all.body_material[id], is_painted, gloss[id], all.body_colour[id]);
+    const bool is_plane = all.shapes[all.body_shape[id]].is_plane;
+    const Substance substance =
+        all.body_substance.empty() || is_plane ? Substance{} : all.body_substance[id];
+    const std::tuple key(all.body_material[id], is_painted, gloss[id], substance,
+                         all.body_colour[id]);
     const auto [look, is_new] = look_of.try_emplace(key, static_cast<uint32_t>(looks_.size()));
     if (is_new) {
       const Colour& colour = all.body_colour[id];
       looks_.push_back({all.materials[all.body_material[id]] + ' ' + hex(colour) +
-                            (is_painted ? " painted" : "") +
-                            gloss_words(gloss[id], all.shapes[all.body_shape[id]].is_plane),
-                        colour, is_painted, gloss[id][0], gloss[id][1]});
+                            (is_painted ? " painted" : "") + gloss_words(gloss[id], is_plane) +
+                            substance_words(substance),
+                        colour, is_painted, gloss[id][0], gloss[id][1], substance[0], substance[1],
+                        substance[2]});
     }
     bodies_.push_back(
         {.name = all.body_name[id], .id = id, .shape = all.body_shape[id], .look = look->second});

@@ -17,7 +17,8 @@ struct ExportLook {
   std::string name;  // material and colour, "wood d66b4e", or "wood d66b4e painted"
   Colour colour;
   bool is_painted = false;              // in the colours of its mesh; `colour` is their mean
-  float roughness = 0, clear_coat = 0;  // [0, 1], as in Material; planes are matt
+  float roughness = 0, clear_coat = 0;  // [0, 1], as in Look; planes are matt
+  float metallic = 0, transmission = 0, emission = 0;
 };
 
 struct ExportBody {

@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -128,7 +129,9 @@ class Document {
     text += "\n\"extras\": {\"frame_rate\": " + text_of(source_.header().frame_rate) +
             ", \"first_frame\": " + std::to_string(source_.frame(0)) + "}";
     std::string used = has_instances_ ? "\"EXT_mesh_gpu_instancing\"" : "";
-    if (has_coats_) used += (used.empty() ? "" : ", ") + quoted("KHR_materials_clearcoat");
+    for (const std::string& name : material_extensions_) {
+      used += (used.empty() ? "" : ", ") + quoted(name);
+    }
     if (!used.empty()) text += ",\n\"extensionsUsed\": [" + used + "]";
     if (has_instances_) {
       text += ",\n\"extensionsRequired\": [\"EXT_mesh_gpu_instancing\"]";
@@ -313,16 +316,32 @@ class Document {
     found->second = materials_.add(
         "{\"name\": " + quoted(source.name) +
         ", \"pbrMetallicRoughness\": {\"baseColorFactor\": [" + colour + "1]" + picture +
-        ", \"metallicFactor\": 0, \"roughnessFactor\": " + text_of(source.roughness) + "}" +
-        clear_coat(source.clear_coat) + "}");
+        ", \"metallicFactor\": " + text_of(source.metallic) +
+        ", \"roughnessFactor\": " + text_of(source.roughness) + "}" +
+        (source.emission > 0 ? ", \"emissiveFactor\": [" + colour.substr(0, colour.size() - 2) + "]"
+                             : "") +
+        material_extensions(source) + "}");
     return found->second;
   }
 
-  std::string clear_coat(float amount) {
-    if (amount == 0) return "";
-    has_coats_ = true;
-    return ", \"extensions\": {\"KHR_materials_clearcoat\": {\"clearcoatFactor\": " +
-           text_of(amount) + ", \"clearcoatRoughnessFactor\": " + text_of(kCoatRoughness) + "}}";
+  std::string material_extensions(const ExportLook& look) {
+    std::string text;
+    const auto add = [&](const std::string& name, const std::string& values) {
+      material_extensions_.insert(name);
+      text += (text.empty() ? "" : ", ") + quoted(name) + ": {" + values + "}";
+    };
+    if (look.clear_coat > 0) {
+      add("KHR_materials_clearcoat",
+          "\"clearcoatFactor\": " + text_of(look.clear_coat) +
+              ", \"clearcoatRoughnessFactor\": " + text_of(kCoatRoughness));
+    }
+    if (look.emission > 0) {
+      add("KHR_materials_emissive_strength", "\"emissiveStrength\": " + text_of(look.emission));
+    }
+    if (look.transmission > 0) {
+      add("KHR_materials_transmission", "\"transmissionFactor\": " + text_of(look.transmission));
+    }
+    return text.empty() ? "" : ", \"extensions\": {" + text + "}";
   }
 
   size_t add_texture(const Texture& texture) {
@@ -497,7 +516,8 @@ class Document {
   std::map<const Texture*, size_t> texture_of_;
   std::map<std::string, size_t> times_;
   std::optional<size_t> root_;  // parent of all others at the source's origin, if that is not 0
-  bool has_instances_ = false, has_coats_ = false;
+  bool has_instances_ = false;
+  std::set<std::string> material_extensions_;
 };
 
 std::string word(uint64_t value) {

@@ -213,6 +213,9 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
     about["look_painted"].push_back(l.is_painted);
     about["look_roughness"].push_back(l.roughness);
     about["look_clear_coat"].push_back(l.clear_coat);
+    about["look_metallic"].push_back(l.metallic);
+    about["look_transmission"].push_back(l.transmission);
+    about["look_emission"].push_back(l.emission);
   }
   add_json(archive, "about_json", about);
   archive.array("id", "<u4", count + ",", id);

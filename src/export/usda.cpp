@@ -228,11 +228,11 @@ class UsdaWriter {
     return text;
   }
 
-  static std::string linear_tuple(const Colour& colour) {
+  static std::string linear_tuple(const Colour& colour, float times = 1) {
     std::string text = "(";
     for (size_t c = 0; c < 3; ++c) {
       if (c > 0) text += ", ";
-      append_rounded(text, static_cast<float>(linear_from_srgb(colour[c])), 6);
+      append_rounded(text, times * static_cast<float>(linear_from_srgb(colour[c])), 6);
     }
     return text + ')';
   }
@@ -294,6 +294,15 @@ class UsdaWriter {
     line("                uniform token info:id = \"UsdPreviewSurface\"");
     line("                color3f inputs:diffuseColor" + colour);
     line("                float inputs:roughness = " + number(look.roughness));
+    if (look.metallic > 0) line("                float inputs:metallic = " + number(look.metallic));
+    if (look.transmission > 0) {
+      line("                float inputs:opacity = " + number(1 - look.transmission));
+      line("                float inputs:ior = 1.5");
+    }
+    if (look.emission > 0) {
+      line("                color3f inputs:emissiveColor = " +
+           linear_tuple(look.colour, look.emission));
+    }
     if (look.clear_coat > 0) {
       line("                float inputs:clearcoat = " + number(look.clear_coat));
       line("                float inputs:clearcoatRoughness = " + number(kCoatRoughness));

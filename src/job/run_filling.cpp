@@ -47,8 +47,13 @@ void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there
     if (!run.body_colour.empty()) body.colour = run.body_colour[in_run];
     if (!run.body_painted.empty()) body.is_painted = run.body_painted[in_run] != 0;
     if (!run.body_gloss.empty()) {
-      body.roughness = run.body_gloss[in_run][0];
-      body.clear_coat = run.body_gloss[in_run][1];
+      body.look.roughness = run.body_gloss[in_run][0];
+      body.look.clear_coat = run.body_gloss[in_run][1];
+    }
+    if (!run.body_substance.empty()) {
+      body.look.metallic = run.body_substance[in_run][0];
+      body.look.transmission = run.body_substance[in_run][1];
+      body.look.emission = run.body_substance[in_run][2];
     }
   }
   if (!any) return;

@@ -69,16 +69,24 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     header.body_material.push_back(body.material);
     header.body_colour.push_back(body.colour);
     header.body_painted.push_back(body.is_painted ? 1 : 0);
+    const Look& look = body.look;
     header.body_gloss.push_back(
-        {static_cast<float>(body.roughness), static_cast<float>(body.clear_coat)});
+        {static_cast<float>(look.roughness), static_cast<float>(look.clear_coat)});
+    header.body_substance.push_back({static_cast<float>(look.metallic),
+                                     static_cast<float>(look.transmission),
+                                     static_cast<float>(look.emission)});
     header.body_moves.push_back(body.role == Role::fixed ? 0 : 1);
   }
   const auto is_plain = [](const std::array<float, 2>& gloss) {
-    const Material plain;
+    const Look plain;
     return gloss ==
            std::array{static_cast<float>(plain.roughness), static_cast<float>(plain.clear_coat)};
   };
   if (std::ranges::all_of(header.body_gloss, is_plain)) header.body_gloss.clear();
+  const auto is_opaque = [](const std::array<float, 3>& substance) {
+    return substance == std::array<float, 3>{};
+  };
+  if (std::ranges::all_of(header.body_substance, is_opaque)) header.body_substance.clear();
   return header;
 }
 

@@ -270,8 +270,9 @@ class ModelBuilder {
     const Colour& default_colour = is_dynamic ? kPalette[model_.bodies.size() % kPalette.size()]
                                    : shape.is_plane ? kGroundColour
                                                     : kFixedColour;
-    body.is_painted = !colour && !shape.mesh.colours.empty();
-    body.colour = body.is_painted ? shape.mean_colour : colour.value_or(default_colour);
+    const std::optional<Colour>& asked = colour ? colour : body.look.colour;
+    body.is_painted = !asked && !shape.mesh.colours.empty();
+    body.colour = body.is_painted ? shape.mean_colour : asked.value_or(default_colour);
     if (is_dynamic) {
       body.mass_kg = shape.mass.volume_m3 * model_.materials[body.material].density_kg_m3;
     }
@@ -302,8 +303,7 @@ class ModelBuilder {
     body.asleep = source.asleep && scene_.simulator.sleeping;
     body.preference = source.preference;
     body.hinge = source.hinge;
-    body.roughness = model_.materials[body.material].roughness;
-    body.clear_coat = model_.materials[body.material].clear_coat;
+    body.look = source.look.value_or(model_.materials[body.material].look);
     append(std::move(body), source.colour);
   }
 
@@ -375,9 +375,9 @@ class ModelBuilder {
       body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
       body.asleep = emitter.asleep && scene_.simulator.sleeping;
       body.preference = emitter.preference;
-      const Material& material = model_.materials[body.material];
-      body.roughness = start.roughness.value_or(material.roughness);
-      body.clear_coat = start.clear_coat.value_or(material.clear_coat);
+      body.look = emitter.look.value_or(model_.materials[body.material].look);
+      body.look.roughness = start.roughness.value_or(body.look.roughness);
+      body.look.clear_coat = start.clear_coat.value_or(body.look.clear_coat);
       append(std::move(body), start.colour ? start.colour : emitter.colour);
     }
   }
@@ -404,10 +404,11 @@ class ModelBuilder {
 
   void add_chain(const Chain& chain, size_t index) {
     if (model_.bodies.size() + static_cast<size_t>(chain.count) > size_t{kMostBodies}) {
-      throw Error(ErrorKind::input, Problem{.pointer = "/chains/" + std::to_string(index) + "/count",
-                                            .found = "is " + std::to_string(chain.count),
-                                            .expected = "at most " + std::to_string(kMostBodies) +
-                                                        " bodies in the scene"});
+      throw Error(
+          ErrorKind::input,
+          Problem{.pointer = "/chains/" + std::to_string(index) + "/count",
+                  .found = "is " + std::to_string(chain.count),
+                  .expected = "at most " + std::to_string(kMostBodies) + " bodies in the scene"});
     }
     const auto first = static_cast<uint32_t>(model_.bodies.size());
     const Vec3 link_m = (chain.to - chain.from) / chain.count;

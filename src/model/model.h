@@ -72,8 +72,8 @@ struct ModelBody {
   std::optional<SurfaceVelocity> surface_velocity;
   Colour colour;
   bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
-  double roughness = 0, clear_coat = 0;  // of its material, or drawn for it
-  double mass_kg = 0;                    // 0 for fixed and kinematic bodies
+  Look look;                // its own, the emitter's or the material's, or drawn for it
+  double mass_kg = 0;       // 0 for fixed and kinematic bodies
 };
 
 // It never moves.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "scene/scene.h"
@@ -14,14 +15,41 @@ namespace {
 // The kinds of surface.glsl. Of bodies they begin here, painted or not, and go on by their gloss.
 constexpr uint8_t kGround = 128, kPainted = 129, kOwn = 193, kPlainGloss = 62;
 constexpr uint8_t kBody = kOwn + kPlainGloss;
+// Kinds of metals, of clear bodies and of lamps.
+constexpr uint8_t kSpecialPainted = 1, kSpecialOwn = 65;
+constexpr uint8_t kClear = 10, kEmission = 20, kLastSpecial = 61;
 
 // Roughness in ninths, clear coat in fifths: as much as the rasteriser tells apart.
 uint8_t gloss_code(const TrajectoryHeader& header, size_t body) {
-  const Material plain;
+  const Look plain;
   if (header.body_gloss.empty()) return kPlainGloss;
   const auto [roughness, clear_coat] = header.body_gloss[body];
   if (roughness == static_cast<float>(plain.roughness) && clear_coat == 0) return kPlainGloss;
   return static_cast<uint8_t>(std::lround(9 * roughness) + 10 * std::lround(5 * clear_coat));
+}
+
+// Code of a body that is mostly one of the three; none: it is told by its gloss.
+std::optional<uint8_t> special_code(const TrajectoryHeader& header, size_t body) {
+  if (header.body_substance.empty()) return std::nullopt;
+  const auto [metallic, transmission, emission] = header.body_substance[body];
+  constexpr float kLeastEmission = 1 / 16.0f;
+  if (emission >= kLeastEmission) {
+    const auto steps = static_cast<int>(std::lround(4 * std::log2(emission / kLeastEmission)));
+    return static_cast<uint8_t>(std::min<int>(kEmission + steps, kLastSpecial));
+  }
+  const float roughness =
+      header.body_gloss.empty() ? static_cast<float>(Look{}.roughness) : header.body_gloss[body][0];
+  const auto ninths = static_cast<uint8_t>(std::lround(9 * roughness));
+  if (metallic >= 0.5f) return ninths;
+  if (transmission >= 0.5f) return static_cast<uint8_t>(kClear + ninths);
+  return std::nullopt;
+}
+
+bool is_clear(const PackedMaterial& material) {
+  for (const int first : {kSpecialPainted + kClear, kSpecialOwn + kClear}) {
+    if (material[3] >= first && material[3] < first + kEmission - kClear) return true;
+  }
+  return false;
 }
 
 // A body to draw; sorted by batch, then from front to back.
@@ -191,9 +219,13 @@ RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshU
   for (size_t body = 0; body < shape.size(); ++body) {
     const bool is_painted = body < header.body_painted.size() && header.body_painted[body] != 0;
     const uint8_t first = is_painted ? kPainted : kOwn;
-    const auto kind = static_cast<uint8_t>(first + gloss_code(header, body));
-    material.push_back(
-        pack_material(header.body_colour[body], is_plane[shape[body]] != 0 ? kGround : kind));
+    auto kind = static_cast<uint8_t>(first + gloss_code(header, body));
+    if (const std::optional<uint8_t> special = special_code(header, body)) {
+      kind = static_cast<uint8_t>((is_painted ? kSpecialPainted : kSpecialOwn) + *special);
+    }
+    if (is_plane[shape[body]] != 0) kind = kGround;
+    material.push_back(pack_material(header.body_colour[body], kind));
+    has_clear |= is_clear(material.back());
   }
   std::vector<float> radii;
   for (size_t body = 0; body < shape.size(); ++body) {
@@ -238,7 +270,8 @@ PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t bod
 }
 
 bool is_painted(const PackedMaterial& material) {
-  return material[3] >= kPainted && material[3] < kOwn;
+  const uint8_t kind = material[3];
+  return (kind >= kPainted && kind < kOwn) || (kind >= kSpecialPainted && kind < kSpecialOwn - 1);
 }
 
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
@@ -324,7 +357,8 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
   const float texel = light.extent.x() / static_cast<float>(resolution);
   std::vector<Entry> entries;
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
-    if (!scene.drawn(frame, body)) continue;
+    // Clear bodies cast no shadow here.
+    if (!scene.drawn(frame, body) || is_clear(scene.material_of(frame, body))) continue;
     const Vec3f at = (light.shadow_from_world * scene.place(frame, body).homogeneous()).head<3>();
     // Bodies before or behind the box cast shadows, too.
     const Eigen::Array2f radii = scene.radius(body) / light.extent.head<2>().array();

@@ -63,6 +63,7 @@ struct RenderScene {
   std::vector<uint32_t> shape;           // (body)
   std::vector<PackedMaterial> material;  // (body)
   std::vector<uint8_t> moves;            // (body)
+  bool has_clear = false;                // some body lets light through
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
   BodyColours colours;
   // Where all coordinates in single precision count from, m, world; see view_origin().

@@ -10,10 +10,11 @@
 namespace pilesim {
 
 struct Lighting {
-  Vec3f to_sun;        // unit, from the scene
-  Vec3f sun;           // radiance
-  Vec3f sky, bounce;   // radiance from above and from below
-  float backdrop = 1;  // brightness of what is seen behind everything, times the usual
+  Vec3f to_sun;           // unit, from the scene
+  Vec3f sun;              // radiance
+  Vec3f sky, bounce;      // radiance from above and from below
+  Vec3f horizon, zenith;  // radiance of what is seen behind everything, low and high,
+  float backdrop = 1;     // times this
 };
 Lighting make_lighting(const Light& light = {});
 

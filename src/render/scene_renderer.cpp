@@ -46,6 +46,8 @@ struct Programs {
   GlProgram shadow{"shadow", shaders::shadow_vert, shaders::shadow_frag};
   GlProgram body{"body", concatenate({shaders::surface_glsl, shaders::body_vert}),
                  concatenate({shaders::surface_glsl, shaders::body_frag})};
+  // The same for scenes with clear bodies.
+  std::optional<GlProgram> clear_body;
   // Those of its triangles that have a texture.
   GlProgram textured_body{"textured_body",
                           concatenate({kTextured, shaders::surface_glsl, shaders::body_vert}),
@@ -61,7 +63,7 @@ struct Programs {
   GlProgram farthest_sample{"farthest_sample", shaders::screen_vert,
                             concatenate({define(true), shaders::farthest_depth_frag})};
 
-  explicit Programs(bool multisample)
+  Programs(bool multisample, bool has_clear)
       : occlusion_depth("occlusion_depth", shaders::screen_vert,
                         concatenate({define(multisample), shaders::scene_view_glsl,
                                      shaders::occlusion_depth_frag})),
@@ -71,9 +73,16 @@ struct Programs {
         picture("picture", shaders::screen_vert,
                 concatenate({define(multisample), shaders::scene_view_glsl, shaders::surface_glsl,
                              shaders::background_glsl, shaders::lighting_glsl, shaders::tone_glsl,
-                             shaders::picture_frag})) {}
+                             shaders::picture_frag})) {
+    if (!has_clear) return;
+    clear_body.emplace("clear_body",
+                       concatenate({kClear, shaders::surface_glsl, shaders::body_vert}),
+                       concatenate({kClear, shaders::surface_glsl, shaders::body_frag}));
+  }
 
   static constexpr std::string_view kTextured = "#define TEXTURED\n";
+  static constexpr std::string_view kClear =
+      "#extension GL_ARB_sample_shading : require\n#define CLEAR\n";
   static std::string_view define(bool multisample) {
     return multisample ? "#define MULTISAMPLE\n" : "";
   }
@@ -228,7 +237,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
   if (settings.samples > kDriverSamples)
     passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};
   check_limits(width, height, samples);
-  programs.emplace(samples > 0);
+  programs.emplace(samples > 0, scene.has_clear);
   targets.emplace(width, height, samples);
   if (samples > 0) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets->scene_frame.name());
@@ -326,8 +335,13 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
 }
 
 void SceneRenderer::State::draw_bodies(const View& view) {
-  programs->body.use();
-  set(programs->body.uniform("clip_from_world"), view.clip_from_world);
+  const GlProgram& program = scene.has_clear ? *programs->clear_body : programs->body;
+  program.use();
+  set(program.uniform("clip_from_world"), view.clip_from_world);
+  if (scene.has_clear) {
+    set(program.uniform("eye"), view.eye);
+    glUniform1i(program.uniform("samples"), std::max(1, samples));
+  }
   meshes->draw_plain();
   if (meshes->has_textures()) {
     programs->textured_body.use();
@@ -440,6 +454,8 @@ void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View
   set(program.uniform("key_radiance"), lighting.sun);
   set(program.uniform("sky_radiance"), lighting.sky);
   set(program.uniform("bounce_radiance"), lighting.bounce);
+  set(program.uniform("horizon"), lighting.horizon);
+  set(program.uniform("zenith"), lighting.zenith);
   glUniform1f(program.uniform("backdrop"), lighting.backdrop);
   glUniform1f(program.uniform("fade_distance"), fade_distance(scene, frame, view));
   glUniform1i(program.uniform("key_light"), kFourthUnit);

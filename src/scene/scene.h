@@ -18,6 +18,20 @@
 
 namespace pilesim {
 
+// How a surface looks in pictures (scene/looks.h has some by name).
+struct Look {
+  std::optional<Colour> colour;  // none: the mesh file's, or from the palette
+  double roughness = 0.45;       // of its gloss, (0, 1]: 0 a mirror, 1 matt
+  double clear_coat = 0;         // [0, 1]: how much of a clear layer lies over it
+  double metallic = 0;           // [0, 1]: share that mirrors in its colour, as metals do
+  // [0, 1]: share of the light that goes through, refracted by an index of 1.5. White light that
+  // has crossed the body where it is widest has the colour.
+  double transmission = 0;
+  double emission = 0;  // >= 0: light that it sends, times its colour; 1: as bright as white
+
+  bool operator==(const Look&) const = default;
+};
+
 struct Material {
   double restitution = 0.3;     // 0 .. 1; of a pair: the product's square root
   double friction = 0.5;        // Coulomb, >= 0; of a pair: the product's square root
@@ -26,9 +40,7 @@ struct Material {
   // share of the force along the normal times the radius of the smaller body, as a ball of its
   // volume (simulate/rolling_resistance.h). >= 0; of a pair: the product's square root.
   double rolling_friction = 0, spinning_friction = 0;
-  // Surface in pictures.
-  double roughness = 0.45;  // of its gloss, (0, 1]: 0 a mirror, 1 matt
-  double clear_coat = 0;    // [0, 1]: how much of a clear layer lies over it
+  Look look;
 };
 
 inline constexpr float kCoatRoughness = 0.08f;  // of that layer
@@ -217,7 +229,8 @@ struct Body {
   std::optional<Hinge> hinge;
   Motion motion;                                    // kinematic only, times ascending
   std::optional<SurfaceVelocity> surface_velocity;  // static and kinematic only
-  std::optional<Colour> colour;                     // none: from the palette, by index
+  std::optional<Look> look;                         // none: the material's
+  std::optional<Colour> colour;                     // none: the look's, or from the palette
 };
 
 // Two bodies, or one and the world, that are joined at a point. ball: both turn freely about it.
@@ -311,7 +324,8 @@ struct Emitter {
   std::vector<std::string> materials;  // one a shape, instead of `material`; or empty
   std::optional<Sizes> sizes;
   std::vector<Colour> palette;  // one is drawn for each body; empty: `colour`
-  // Least and most, [0, 1]: drawn for each body, evenly; none: the material's.
+  std::optional<Look> look;     // of every body; none: the material's
+  // Least and most, [0, 1]: drawn for each body, evenly; none: the look's.
   std::optional<std::array<double, 2>> roughness, clear_coat;
   EmitterSource source;
   // How many bodies. A grid has its own count; a volume or a guide is filled and `count` limits it
@@ -530,6 +544,11 @@ struct Light {
   double azimuth = radians(-50), elevation = radians(51);  // of the sun, as seen from the scene
   double sun = 1, sky = 1;                                 // times as bright as by itself, >= 0
   Colour sun_colour = {255, 255, 255};                     // times its own, a little warm
+  Colour sky_colour = {255, 255, 255};                     // times the sky's light
+  // Backdrop at the horizon and above; none: the usual, of pale blue.
+  std::optional<Colour> horizon_colour, zenith_colour;
+
+  bool operator==(const Light&) const = default;
 };
 
 struct RenderSettings {

@@ -1,6 +1,7 @@
 #include "scene/scene_format.h"
 
 #include "json/object_codec.h"
+#include "scene/looks.h"
 #include "scene/picture_limits.h"
 
 namespace pilesim {
@@ -78,27 +79,63 @@ Field<T> newer(Field<T> field) {
   return field;
 }
 
+// A name that stands for many values: keys after it change some, and the resolved scene has all.
+template <class T, class Access, class M>
+Field<T> by_name(std::string key, Access access, const Codec<M>& codec,
+                 const std::string& description) {
+  return input_only(derived_field<T>(std::move(key), access, codec, description));
+}
+
+// `M::*`: a member of a material's look.
+template <class M>
+auto of_look(M Look::*member) {
+  return [member](auto& material) -> auto& { return material.look.*member; };
+}
+
+Fields<Material> look_fields() {
+  using M = Material;
+  return {
+      by_name<M>("look", &M::look, look_codec(),
+                 "Look in pictures by name. Keys below change parts of it."),
+      optional_field<M>("colour", of_look(&Look::colour), colour(),
+                        "\"#rrggbb\" in sRGB of bodies that have none of their own. Default: that "
+                        "of the mesh file, or from the palette."),
+      newer(field<M>("roughness", of_look(&Look::roughness), number(between(0, 1)),
+                     "Roughness of the surface in pictures: 0 polished, 1 matt.")),
+      newer(field<M>(
+          "clear_coat", of_look(&Look::clear_coat), number(between(0, 1)),
+          "Share of a clear, polished layer over the surface in pictures: 0 none, 1 full.")),
+      newer(field<M>("metallic", of_look(&Look::metallic), number(between(0, 1)),
+                     "Share of the surface that mirrors in its own colour, as metals do.")),
+      newer(field<M>("transmission", of_look(&Look::transmission), number(between(0, 1)),
+                     "Share of the light that goes through, as through glass. White light that "
+                     "has crossed the body where it is widest has the body's colour.")),
+      newer(field<M>("emission", of_look(&Look::emission), number(between(0, kMostEmission)),
+                     "Light that the surface sends, in its colour: 1 is as bright as a white "
+                     "surface in the usual light.")),
+  };
+}
+
 Codec<Material> material_codec() {
   return object<Material>(
       {.noun = "a material",
-       .fields = {
-           field<Material>("restitution", &Material::restitution, number(between(0, 1)),
-                           "Bounce: 0 none, 1 elastic. A pair has the product's square root."),
-           field<Material>("friction", &Material::friction, number(at_least(0)),
-                           "Coulomb friction. A pair has the product's square root."),
-           field<Material>("density_kg_m3", &Material::density_kg_m3,
-                           number(at_least(kLeastDensity)), "Density, kg/m^3."),
-           field<Material>("rolling_friction", &Material::rolling_friction, number(at_least(0)),
-                           "Tangent of the steepest slope on which a ball stays. A pair has the "
-                           "product's square root. Solved contacts only."),
-           field<Material>("spinning_friction", &Material::spinning_friction, number(at_least(0)),
-                           "As rolling_friction, for turning about the contact's normal."),
-           newer(field<Material>("roughness", &Material::roughness, number(between(0, 1)),
-                                 "Roughness of the surface in pictures: 0 polished, 1 matt.")),
-           newer(field<Material>(
-               "clear_coat", &Material::clear_coat, number(between(0, 1)),
-               "Share of a clear, polished layer over the surface in pictures: 0 none, 1 full.")),
-       }});
+       .fields =
+           Fields<Material>{
+               field<Material>("restitution", &Material::restitution, number(between(0, 1)),
+                               "Bounce: 0 none, 1 elastic. A pair has the product's square root."),
+               field<Material>("friction", &Material::friction, number(at_least(0)),
+                               "Coulomb friction. A pair has the product's square root."),
+               field<Material>("density_kg_m3", &Material::density_kg_m3,
+                               number(at_least(kLeastDensity)), "Density, kg/m^3."),
+               field<Material>(
+                   "rolling_friction", &Material::rolling_friction, number(at_least(0)),
+                   "Tangent of the steepest slope on which a ball stays. A pair has the "
+                   "product's square root. Solved contacts only."),
+               field<Material>("spinning_friction", &Material::spinning_friction,
+                               number(at_least(0)),
+                               "As rolling_friction, for turning about the contact's normal."),
+           } +
+           look_fields()});
 }
 
 Codec<RaySettings> rays_codec() {
@@ -132,19 +169,31 @@ Codec<RaySettings> rays_codec() {
 
 Codec<Light> light_codec() {
   using L = Light;
-  return object<L>({.noun = "the light",
-                    .fields = {
-                        field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
-                                 "Direction of the sun: 0 is towards z, 90 towards x."),
-                        field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
-                                 "Height of the sun, degrees."),
-                        field<L>("sun", &L::sun, number(between(0, 10)),
-                                 "Brightness of the sun, times the usual; 0: no shadows."),
-                        field<L>("sky", &L::sky, number(between(0, 10)),
-                                 "Brightness of the sky, times the usual."),
-                        field<L>("sun_colour", &L::sun_colour, colour(),
-                                 "Colour that multiplies the sun's light, which is a little warm."),
-                    }});
+  return object<L>(
+      {.noun = "the light",
+       .fields = {
+           by_name<L>(
+               "name", [](auto& light) -> auto& { return light; }, enumeration<L>(named_lights()),
+               "Light by name. Keys below change parts of it. Default: studio."),
+           field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
+                    "Direction of the sun: 0 is towards z, 90 towards x."),
+           field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
+                    "Height of the sun, degrees."),
+           field<L>("sun", &L::sun, number(between(0, 10)),
+                    "Brightness of the sun, times the usual; 0: no shadows."),
+           field<L>("sky", &L::sky, number(between(0, 10)),
+                    "Brightness of the sky, times the usual."),
+           field<L>("sun_colour", &L::sun_colour, colour(),
+                    "Colour that multiplies the sun's light, which is a little warm."),
+           newer(field<L>("sky_colour", &L::sky_colour, colour(),
+                          "Colour that multiplies the sky's light.")),
+           optional_field<L>("horizon_colour", &L::horizon_colour, colour(),
+                             "Colour behind everything at the horizon, at a sky of "
+                             "1. Default: almost white."),
+           optional_field<L>("zenith_colour", &L::zenith_colour, colour(),
+                             "Colour behind everything above, at a sky of 1. "
+                             "Default: pale blue."),
+       }});
 }
 
 Codec<RenderSettings> render_codec() {

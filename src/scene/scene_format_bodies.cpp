@@ -4,6 +4,7 @@
 
 #include "core/rotation.h"
 #include "json/object_codec.h"
+#include "scene/looks.h"
 #include "scene/motion_fields.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
@@ -171,8 +172,10 @@ Fields<Body> surface_fields() {
           "Velocity of the surface of a static or kinematic body that itself stays "
           "where it is: a belt, a roller, a turntable. Friction carries what lies on "
           "it."),
+      optional_field<Body>("look", &Body::look, look_codec(),
+                           "Look in pictures by name. Default: the material's."),
       optional_field<Body>("colour", &Body::colour, colour(),
-                           "\"#rrggbb\" in sRGB. Default: from the palette."),
+                           "\"#rrggbb\" in sRGB. Default: the look's, or from the palette."),
   };
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "json/object_codec.h"
+#include "scene/looks.h"
 #include "scene/motion_fields.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
@@ -177,12 +178,12 @@ Fields<Emitter> mix_fields() {
       unless(derived_field<E>("palette", &E::palette, list(colour(), 1),
                               "Colours \"#rrggbb\", one drawn for each body, instead of colour."),
              [](const E& e) { return e.palette.empty(); }),
-      optional_field<E>(
-          "roughness", &E::roughness, two_numbers(between(0, 1), "[least, most]"),
-          "Range from which a value is drawn for each body, instead of the material's."),
-      optional_field<E>(
-          "clear_coat", &E::clear_coat, two_numbers(between(0, 1), "[least, most]"),
-          "Range from which a value is drawn for each body, instead of the material's."),
+      optional_field<E>("look", &E::look, look_codec(),
+                        "Look of every body in pictures, by name. Default: the material's."),
+      optional_field<E>("roughness", &E::roughness, two_numbers(between(0, 1), "[least, most]"),
+                        "Range from which a value is drawn for each body, instead of the look's."),
+      optional_field<E>("clear_coat", &E::clear_coat, two_numbers(between(0, 1), "[least, most]"),
+                        "Range from which a value is drawn for each body, instead of the look's."),
   };
 }
 
@@ -220,7 +221,8 @@ Fields<Emitter> common_fields() {
                input_only(optional_field<E>("rotation_deg", &E::orientation, rotation_deg(),
                                             "Instead of orientation: " + kRotationText + "."))),
       optional_field<E>("colour", &E::colour, colour(),
-                        "\"#rrggbb\" in sRGB for every body. Default: from the palette."),
+                        "\"#rrggbb\" in sRGB for every body. Default: the look's, or from the "
+                        "palette."),
   };
 }
 

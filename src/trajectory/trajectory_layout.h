@@ -23,6 +23,7 @@ ZarrLayout body_material();
 ZarrLayout body_colour();
 ZarrLayout body_painted();
 ZarrLayout body_gloss();
+ZarrLayout body_substance();
 ZarrLayout body_moves();
 ZarrLayout vertices();
 ZarrLayout triangles();

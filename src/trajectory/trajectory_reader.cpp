@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/counted.h"
@@ -80,12 +81,23 @@ void check_size(const fs::path& array, size_t found, size_t wanted, const std::s
          std::to_string(wanted) + ", the number of " + of_what);
 }
 
-void check_shares(const fs::path& array, const std::vector<std::array<float, 2>>& rows) {
+void check_share(const fs::path& array, float share) {
+  if (share >= 0 && share <= 1) return;
+  reject(array, "holds " + std::to_string(share), "numbers from 0 to 1");
+}
+
+void check_gloss(const fs::path& array, const std::vector<std::array<float, 2>>& rows) {
   for (const auto& row : rows) {
-    for (const float share : row) {
-      if (share >= 0 && share <= 1) continue;
-      reject(array, "holds " + std::to_string(share), "numbers from 0 to 1");
-    }
+    for (const float share : row) check_share(array, share);
+  }
+}
+
+void check_substance(const fs::path& array, const std::vector<std::array<float, 3>>& rows) {
+  for (const auto& [metallic, transmission, emission] : rows) {
+    check_share(array, metallic);
+    check_share(array, transmission);
+    if (emission >= 0 && std::isfinite(emission)) continue;
+    reject(array, "holds an emission of " + std::to_string(emission), "a number of at least 0");
   }
 }
 
@@ -213,7 +225,11 @@ TrajectoryHeader read_header(const fs::path& store) {
   }
   if (fs::exists(store / "body_gloss")) {
     per_body("body_gloss", layout::body_gloss(), header.body_gloss);
-    check_shares(store / "body_gloss", header.body_gloss);
+    check_gloss(store / "body_gloss", header.body_gloss);
+  }
+  if (fs::exists(store / "body_substance")) {
+    per_body("body_substance", layout::body_substance(), header.body_substance);
+    check_substance(store / "body_substance", header.body_substance);
   }
   per_body("body_moves", layout::body_moves(), header.body_moves);
   check_indices(store / "body_shape", header.body_shape, header.shapes.size(), "shapes");

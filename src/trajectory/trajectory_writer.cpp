@@ -112,6 +112,11 @@ void write_header(const fs::path& store, const TrajectoryHeader& header, const T
     write_whole_array(store / "body_gloss", layout::body_gloss(), header.body_gloss,
                       {"body", "layer"}, "roughness and clear coat, 0 to 1");
   }
+  if (!header.body_substance.empty()) {
+    write_whole_array(store / "body_substance", layout::body_substance(), header.body_substance,
+                      {"body", "share"},
+                      "metallic and transmission, 0 to 1, and emission, at least 0");
+  }
   write_whole_array(store / "body_moves", layout::body_moves(), header.body_moves, {"body"},
                     "1: dynamic or kinematic, 0: fixed");
   create_zarr_group(store / "shapes");
@@ -159,6 +164,7 @@ void check(const TrajectoryHeader& header) {
   assert(header.body_name.size() == bodies && header.body_material.size() == bodies &&
          header.body_colour.size() == bodies && header.body_painted.size() <= bodies &&
          (header.body_gloss.empty() || header.body_gloss.size() == bodies) &&
+         (header.body_substance.empty() || header.body_substance.size() == bodies) &&
          header.body_moves.size() == bodies);
   assert(std::all_of(header.body_shape.begin(), header.body_shape.end(),
                      [&](uint32_t shape) { return shape < header.shapes.size(); }));

@@ -373,15 +373,23 @@ class Surfaces(CommandTest):
         def glossy(scene):
             scene["materials"]["wood"]["roughness"] = 0.25
             scene["materials"]["lacquer"] = {"roughness": 0.6, "clear_coat": 0.5}
+            scene["materials"]["gold"] = {"look": "gold", "roughness": 0.2}
+            scene["materials"]["glass"] = {"roughness": 0.1, "transmission": 1}
+            scene["materials"]["lamp"] = {"colour": "#ffffff", "roughness": 0.9, "emission": 4}
             scene["bodies"].append({"name": "lacquered", "shape": "box", "material": "lacquer", "position": [3, 1, 0]})
+            for i, name in enumerate(("gold", "glass", "lamp")):
+                scene["bodies"].append({"name": name, "shape": "box", "material": name, "position": [6 + 3 * i, 1, 0]})
 
         self.succeed("simulate", self.write_scene(glossy), "-o", "run")
         for name in ("a.gltf", "a.usda", "a.npz", "a.vat.glb"):
             self.succeed("export", "run", "--frame", "0", "-o", name, *(["--as", "instances"] if name == "a.gltf" else []))
-        wanted = {"ground": (1, 0), "boxes/0": (0.25, 0), "lacquered": (0.6, 0.5)}
+        wanted = {"ground": (1, 0), "boxes/0": (0.25, 0), "lacquered": (0.6, 0.5), "gold": (0.2, 0), "glass": (0.1, 0),
+                  "lamp": (0.9, 0)}
+        substance = {"gold": (1, 0, 0), "glass": (0, 1, 0), "lamp": (0, 0, 4)}
 
         gltf = json.loads((self.dir / "a.gltf").read_text())
-        self.assertEqual(gltf["extensionsUsed"], ["EXT_mesh_gpu_instancing", "KHR_materials_clearcoat"])
+        self.assertEqual(gltf["extensionsUsed"], ["EXT_mesh_gpu_instancing", "KHR_materials_clearcoat",
+                                                  "KHR_materials_emissive_strength", "KHR_materials_transmission"])
         self.assertEqual(gltf["extensionsRequired"], ["EXT_mesh_gpu_instancing"])
         found = {}
         for material in gltf["materials"]:
@@ -390,6 +398,12 @@ class Surfaces(CommandTest):
                 self.assertEqual(coat["clearcoatRoughnessFactor"], 0.08)
             gloss = material["pbrMetallicRoughness"]["roughnessFactor"], coat.get("clearcoatFactor", 0)
             found.setdefault(gloss, []).append(material["name"])
+            more = material.get("extensions", {})
+            values = (material["pbrMetallicRoughness"]["metallicFactor"],
+                      more.get("KHR_materials_transmission", {}).get("transmissionFactor", 0),
+                      more.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 0))
+            self.assertEqual(values, substance.get(material["name"].split()[0], (0, 0, 0)))
+            self.assertEqual(material.get("emissiveFactor"), [1, 1, 1] if values[2] else None)
         self.assertEqual(set(found), set(wanted.values()))
         self.assertTrue(found[0.6, 0.5][0].endswith(" roughness 0.6 coat 0.5"), found)
         self.assertTrue(found[0.25, 0][0].endswith(" roughness 0.25"), found)
@@ -401,6 +415,9 @@ class Surfaces(CommandTest):
         for surface in re.findall(r'"UsdPreviewSurface"(.*?)\}', usda, re.S):
             value = {name: float(text) for name, text in re.findall(r"float inputs:(\w+) = (.*)", surface)}
             found.add((value["roughness"], value.get("clearcoat", 0)))
+            emitted = re.search(r"emissiveColor = \((\S+), ", surface)
+            self.assertIn((value.get("metallic", 0), 1 - value.get("opacity", 1), float(emitted[1]) if emitted else 0),
+                          [(0, 0, 0), *substance.values()])
             self.assertEqual(value.get("clearcoatRoughness"), 0.08 if "clearcoat" in value else None)
         self.assertEqual(found, set(wanted.values()))
 
@@ -410,6 +427,8 @@ class Surfaces(CommandTest):
             look = arrays["look"][about["body_name"].index(name)]
             self.assertAlmostEqual(about["look_roughness"][look], roughness)
             self.assertAlmostEqual(about["look_clear_coat"][look], coat)
+            told = tuple(about["look_" + key][look] for key in ("metallic", "transmission", "emission"))
+            self.assertEqual(told, substance.get(name, (0, 0, 0)))
 
         # The one mesh has one material.
         data = (self.dir / "a.vat.glb").read_bytes()

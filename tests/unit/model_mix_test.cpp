@@ -12,6 +12,7 @@
 #include "geometry/mesh_check.h"
 #include "model/furniture.h"
 #include "model/model.h"
+#include "scene/looks.h"
 #include "scene_test_support.h"
 #include "support/scratch_directory.h"
 
@@ -121,16 +122,16 @@ TEST(Mix, GlossIsDrawnForEachBodyWithinItsRange) {
   int same_of_other_seed = 0;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
-    EXPECT_GE(body.roughness, 0.2);
-    EXPECT_LE(body.roughness, 0.6);
-    EXPECT_GE(body.clear_coat, 0.5);
-    EXPECT_LE(body.clear_coat, 1);
-    EXPECT_EQ(body.roughness, again.bodies[i].roughness);
-    EXPECT_EQ(body.clear_coat, again.bodies[i].clear_coat);
-    same_of_other_seed += body.roughness == other.bodies[i].roughness ? 1 : 0;
-    roughness.insert(body.roughness);
-    clear_coat.insert(body.clear_coat);
-    sum += body.roughness;
+    EXPECT_GE(body.look.roughness, 0.2);
+    EXPECT_LE(body.look.roughness, 0.6);
+    EXPECT_GE(body.look.clear_coat, 0.5);
+    EXPECT_LE(body.look.clear_coat, 1);
+    EXPECT_EQ(body.look.roughness, again.bodies[i].look.roughness);
+    EXPECT_EQ(body.look.clear_coat, again.bodies[i].look.clear_coat);
+    same_of_other_seed += body.look.roughness == other.bodies[i].look.roughness ? 1 : 0;
+    roughness.insert(body.look.roughness);
+    clear_coat.insert(body.look.clear_coat);
+    sum += body.look.roughness;
   }
   EXPECT_EQ(roughness.size(), model.bodies.size());
   EXPECT_EQ(clear_coat.size(), model.bodies.size());
@@ -142,9 +143,37 @@ TEST(Mix, GlossIsDrawnForEachBodyWithinItsRange) {
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     EXPECT_EQ(model.bodies[i].pose.orientation.coeffs(),
               without.bodies[i].pose.orientation.coeffs());
-    EXPECT_EQ(without.bodies[i].roughness, Material{}.roughness);
-    EXPECT_EQ(without.bodies[i].clear_coat, 0);
+    EXPECT_EQ(without.bodies[i].look.roughness, Look{}.roughness);
+    EXPECT_EQ(without.bodies[i].look.clear_coat, 0);
   }
+}
+
+TEST(Looks, ABodysOwnComesBeforeItsMaterialsAndAColourBeforeBoth) {
+  const Model model = build_model(parse(R"({"version": 1,
+    "materials": {"gold": {"look": "gold"}, "plain": {"colour": "#0a0b0c"}},
+    "shapes": {"ball": {"type": "sphere", "radius": 0.1}},
+    "bodies": [{"shape": "ball", "material": "gold"},
+      {"shape": "ball", "material": "gold", "look": "steel", "position": [1, 0, 0]},
+      {"shape": "ball", "material": "gold", "look": "steel", "colour": "#010203", "position": [2, 0, 0]},
+      {"shape": "ball", "material": "plain", "position": [3, 0, 0]},
+      {"shape": "ball", "material": "plain", "look": "clear_plastic", "position": [4, 0, 0]}],
+    "emitters": [{"type": "grid", "count": [1, 1, 1], "spacing": [1, 1, 1], "centre": [0, 5, 0],
+      "shape": "ball", "material": "gold", "look": "glass", "roughness": [0.3, 0.3]}]})")
+                                      .scene);
+  const std::map<std::string, Look> looks(named_looks().begin(), named_looks().end());
+  const auto& bodies = model.bodies;
+  EXPECT_EQ(bodies[0].look, looks.at("gold"));
+  EXPECT_EQ(bodies[0].colour, looks.at("gold").colour);
+  EXPECT_EQ(bodies[1].look, looks.at("steel"));
+  EXPECT_EQ(bodies[1].colour, looks.at("steel").colour);
+  EXPECT_EQ(bodies[2].look, looks.at("steel"));
+  EXPECT_EQ(bodies[2].colour, (Colour{1, 2, 3}));
+  EXPECT_EQ(bodies[3].colour, (Colour{10, 11, 12}));
+  EXPECT_EQ(bodies[4].look.transmission, 1);
+  EXPECT_NE(bodies[4].colour, (Colour{10, 11, 12}));  // from the palette
+  EXPECT_EQ(bodies[5].look.transmission, 1);
+  EXPECT_EQ(bodies[5].look.roughness, 0.3);
+  EXPECT_EQ(bodies[5].colour, looks.at("glass").colour);
 }
 
 TEST(Mix, ValuesThatDoNotFitAreRefused) {

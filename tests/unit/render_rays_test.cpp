@@ -392,7 +392,7 @@ TEST(RaysAndRaster, GlossOfABodyIsSeen) {
   for (int i = 0; i < 4; ++i) {
     scene.add(1, {1.2f * static_cast<float>(i) - 1.8f, 0, 0}, {40, 40, 40}, true);
   }
-  const Material plain;
+  const Look plain;
   const auto usual = std::array{static_cast<float>(plain.roughness), 0.0f};
   const CameraKey camera{.position = 9 * make_lighting({}).to_sun.cast<double>(),
                          .target = {0, 0, 0},

@@ -46,7 +46,9 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "s.json:3:29: /materials/wood/restitution: is 1.5; expected a number from 0 to 1",
           "s.json:3:34: /materials/wood/densty: is no key of a material; expected one of "
           "\"restitution\", \"friction\", \"density_kg_m3\", \"rolling_friction\", "
-          "\"spinning_friction\", \"roughness\", \"clear_coat\". Did you mean \"density_kg_m3\"?",
+          "\"spinning_friction\", \"look\", \"colour\", \"roughness\", \"clear_coat\", "
+          "\"metallic\", "
+          "\"transmission\", \"emission\". Did you mean \"density_kg_m3\"?",
           "s.json:4:30: /materials/tin/density_kg_m3: is -3; expected a number of at least 0.001",
           "s.json:6:28: /shapes/b/type: is \"bx\"; expected one of \"mesh\", \"box\", \"sphere\", "
           "\"cylinder\", \"cone\", \"capsule\", \"torus\", \"tube\", \"wedge\", \"text\", "

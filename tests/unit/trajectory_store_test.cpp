@@ -82,6 +82,20 @@ TEST_F(TrajectoryStore, GivesBackHowGlossyBodiesAre) {
   }
 }
 
+TEST_F(TrajectoryStore, GivesBackSubstances) {
+  TrajectoryHeader header = make_header(3);
+  header.body_substance = {{1, 0, 0}, {0.5f, 1, 0}, {0, 0, 40}};
+  { const TrajectoryWriter writer(store_, header); }
+  EXPECT_EQ(TrajectoryReader(store_).header().body_substance, header.body_substance);
+  for (size_t i = 0; i < 3; ++i) {
+    fs::remove_all(store_);
+    TrajectoryHeader wrong = header;
+    wrong.body_substance[1][i] = -0.1f;
+    { const TrajectoryWriter writer(store_, wrong); }
+    EXPECT_THROW(TrajectoryReader{store_}, Error) << i;
+  }
+}
+
 std::shared_ptr<const Texture> plain_texture(int width, int height, uint8_t grey) {
   const auto count = static_cast<size_t>(width) * static_cast<size_t>(height);
   return std::make_shared<const Texture>(Texture{
@@ -155,6 +169,7 @@ TEST_F(TrajectoryStore, OfScenesWithoutColoursNothingIsWritten) {
   EXPECT_FALSE(fs::exists(store_ / "shapes/0/texture"));
   EXPECT_FALSE(fs::exists(store_ / "body_painted"));
   EXPECT_FALSE(fs::exists(store_ / "body_gloss"));
+  EXPECT_FALSE(fs::exists(store_ / "body_substance"));
   EXPECT_FALSE(fs::exists(store_ / "shapes/0/colours"));
   EXPECT_EQ(TrajectoryReader(store_).header().body_painted, std::vector<uint8_t>(2));
 }

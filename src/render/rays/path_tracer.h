@@ -27,7 +27,10 @@ struct PathSettings {
 // How a body's surface answers light.
 struct RayMaterial {
   Vec3f albedo = Vec3f::Ones();  // linear
-  Gloss gloss, coat;
+  Gloss gloss, coat;             // of a metal `gloss.facing` follows from the colour
+  // Shares of light (scene.h), and what is lost within, 1/m.
+  float transmission = 0, emission = 0;
+  Vec3f absorption = Vec3f::Zero();
   bool is_plane = false;
   bool is_painted = false;  // in the colours of its mesh, not in `albedo`
 };
@@ -40,6 +43,7 @@ struct PathScene {
   bool moves = false;
   std::array<Eigen::Matrix3f, 3> world_from_image;  // of the views (view.h)
   uint64_t frame = 0;                               // whose random numbers are drawn
+  bool has_clear = false;                           // a material lets light through
 };
 
 // Adds samples until each pixel has `samples` of them. The same numbers come of any number of

@@ -7,7 +7,6 @@ namespace pilesim {
 namespace {
 
 constexpr float kTurn = 2 * static_cast<float>(kPi);
-constexpr float kFacing = 0.04f;  // Fresnel's reflectance at right angles, refractive index 1.5
 
 float squared(float x) { return x * x; }
 
@@ -23,11 +22,9 @@ Vec3f in_basis(const Basis& basis, const Vec3f& axis, const Vec3f& v) {
 
 }  // namespace
 
-Vec3f background(const Vec3f& direction) {
-  static const Vec3f kHorizon(0.80f, 0.83f, 0.86f);
-  static const Vec3f kZenith(0.30f, 0.42f, 0.58f);
+Vec3f background(const Lighting& light, const Vec3f& direction) {
   const float share = 1 - std::exp(-2.2f * std::max(direction.y(), 0.0f));
-  return kHorizon + share * (kZenith - kHorizon);
+  return light.horizon + share * (light.zenith - light.horizon);
 }
 
 // Without a branch for an axis (Duff et al. 2017).
@@ -55,9 +52,19 @@ Vec3f cosine_sample(const Vec3f& normal, const Eigen::Vector2f& point) {
       .normalized();
 }
 
+float reflectance(float cosine, bool leaves) {
+  const float index = leaves ? 1 / kRefractiveIndex : kRefractiveIndex;
+  const float within = 1 - (1 - squared(cosine)) / squared(index);
+  if (within <= 0) return 1;
+  const float beyond = std::sqrt(within);
+  const float across = (cosine - index * beyond) / (cosine + index * beyond);
+  const float along = (index * cosine - beyond) / (index * cosine + beyond);
+  return 0.5f * (squared(across) + squared(along));
+}
+
 float Gloss::share(float cosine) const {
   const float edge = 1 - std::clamp(cosine, 0.0f, 1.0f);
-  return strength * (kFacing + (1 - kFacing) * squared(squared(edge)) * edge);
+  return strength * (facing + (1 - facing) * squared(squared(edge)) * edge);
 }
 
 float Gloss::reflected(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const {
@@ -96,7 +103,10 @@ float Gloss::weight(const Vec3f& normal, const Vec3f& view, const Vec3f& light) 
   const float to_light = normal.dot(light);
   if (to_light <= 0) return 0;
   const Vec3f middle = (view + light).normalized();
-  return share(view.dot(middle)) * masking(alpha, to_light);
+  const float once = share(view.dot(middle));
+  const float open = masking(alpha, to_light);
+  // Other facets are in the way of the rest, which those of a metal mirror once more.
+  return once * (open + metallic * (1 - open) * once);
 }
 
 }  // namespace pilesim

@@ -7,8 +7,8 @@
 
 namespace pilesim {
 
-// Behind everything, where the camera looks in `direction` (unit).
-Vec3f background(const Vec3f& direction);
+// Behind everything, where the camera looks in `direction` (unit); lighting.backdrop times this.
+Vec3f background(const Lighting& light, const Vec3f& direction);
 
 // Radiance from `direction` (unit) where no surface is.
 inline const Vec3f& surroundings(const Lighting& light, const Vec3f& direction) {
@@ -27,13 +27,22 @@ Vec3f sun_sample(const Vec3f& to_sun, const Basis& basis, float cosine,
 // About `normal`, as often as cosines weigh it. Unit.
 Vec3f cosine_sample(const Vec3f& normal, const Eigen::Vector2f& point);
 
-// A rough layer of varnish, or a clear one: microfacets of GGX, a refractive index of 1.5.
+inline constexpr float kRefractiveIndex = 1.5f;  // of all that is not metal
+inline constexpr float kFacing = 0.04f;          // its reflectance at right angles
+
+// Fresnel's reflectance of a surface of this index whose normal makes an angle with the light;
+// `leaves`: from inside, where beyond some angle all is reflected. `cosine` of it, > 0.
+float reflectance(float cosine, bool leaves);
+
+// A rough layer of varnish, a clear one, or the surface of a metal: microfacets of GGX.
 struct Gloss {
-  float alpha = 0.2f;  // roughness squared, > 0
-  float strength = 1;  // share of it that is there, [0, 1]
+  float alpha = 0.2f;      // roughness squared, > 0
+  float strength = 1;      // share of it that is there, [0, 1]
+  float facing = kFacing;  // reflectance at right angles; of a metal another one for each colour
+  float metallic = 0;  // share of metal, [0, 1]: what facets send to each other is not lost there
 
   // Light sent from `light` to `view`, relative to a white matt surface without its cosine: brdf
-  // times pi. Units, as `normal`.
+  // times pi. Units, as `normal`. Without what facets send to each other.
   float reflected(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const;
   // Share of the light from `view` that it takes: Fresnel's, by Schlick.
   float share(float cosine) const;

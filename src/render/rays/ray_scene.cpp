@@ -270,8 +270,8 @@ struct RayScene::State {
       const float falling = plane.normal.dot(ray.direction);
       if (falling >= 0) continue;
       const float height = plane.normal.dot(ray.origin - plane.point);
-      const float distance = -height / falling;
-      if (height <= 0 || distance <= ray.nearest || distance >= hit.distance) continue;
+      const float distance = height > 0 ? -height / falling : std::numeric_limits<float>::min();
+      if (height <= -ray.below || distance <= ray.nearest || distance >= hit.distance) continue;
       hit = {.distance = distance, .body = plane.body};
     }
   }
@@ -368,6 +368,7 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   if (s.scene.is_plane[shape] != 0) {
     result.geometric_normal = result.normal = plane_normal(hit.body);
     result.start = result.position + rounding * result.normal;
+    result.off_m = rounding;
     return result;
   }
   const TracedMesh& mesh = s.meshes[shape];
@@ -389,7 +390,8 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   Vec3f flat = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
   Vec3f smooth = weight[0] * normal[0] + weight[1] * normal[1] + weight[2] * normal[2];
   const float side = flat.dot(seen_from) < 0 ? -1.0f : 1.0f;
-  result.inside = side < 0 && s.scene.meshes[shape].closed;
+  result.closed = s.scene.meshes[shape].closed;
+  result.inside = side < 0 && result.closed;
   flat *= side;
   smooth *= side;
   Vec3f lift = Vec3f::Zero();
@@ -405,8 +407,8 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   smooth = smooth.squaredNorm() > 1e-12f ? Vec3f(smooth.normalized()) : flat;
   result.normal = rotation * smooth;
   if (s.steps[hit.body] < kTimeSteps) result.position = body.position + rotation * place;
-  result.start =
-      result.position + rotation * (lift + (rounding + 1e-5f * s.scene.radius(hit.body)) * flat);
+  result.off_m = rounding + 1e-5f * s.scene.radius(hit.body);
+  result.start = result.position + rotation * (lift + result.off_m * flat);
   return result;
 }
 

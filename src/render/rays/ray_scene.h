@@ -20,6 +20,7 @@ struct Ray {
   float nearest = 0;
   float farthest = std::numeric_limits<float>::infinity();
   float time = 0.5f;  // when in the shutter's interval, [0, 1]
+  float below = 0;    // m, how far behind a plane's front it may start and still meet it
   float spread = 0;   // how wide what it stands for is, m, for each unit of distance
 };
 
@@ -38,8 +39,12 @@ struct RaySurface {
   // Where further rays start: off the surface, and on the smooth one that the triangles stand for,
   // so that their edges do not show in its shadows (Hanika, "Hacking the Shadow Terminator", 2021).
   Vec3f start = Vec3f::Zero();
+  // Those that go through it start here: as far off its other side.
+  Vec3f beyond() const { return position - off_m * geometric_normal; }
+  float off_m = 0;
   Vec3f paint = Vec3f::Zero();  // linear, of its triangle or texture, where the mesh has such
-  bool inside = false;          // of a closed mesh: the ray is about to leave it
+  bool closed = false;          // of a closed mesh,
+  bool inside = false;          // and the ray is about to leave it
 };
 
 // Where the bodies are while the shutter is open: from half of `share` of a frame before its time

@@ -22,16 +22,13 @@ constexpr double kLeastRoughness = 0.03;
 // Between two looks at whether it is time to keep the film: setting tiles up costs as much as a
 // tenth of a sample.
 constexpr uint32_t kSamplesAtOnce = 4;
+// Least share of a colour that a clear body lets through where it is widest.
+constexpr float kLeastShare = 1e-3f;
 
 float alpha_of(double roughness) {
   const double r = std::max(roughness, kLeastRoughness);
   return static_cast<float>(r * r);
 }
-
-// Look of a material.
-struct Look {
-  float alpha, clear_coat;
-};
 
 }  // namespace
 
@@ -49,7 +46,7 @@ struct RaysRenderer::State {
   RayPlan plan;
   RenderScene scene;
   RayScene traced;
-  std::vector<Look> looks;             // (body)
+  std::vector<Look> looks;             // (body) but for its colour
   std::vector<RayMaterial> materials;  // (body) of the frame
   std::optional<FilmStore> films;
   Film film;
@@ -66,11 +63,15 @@ struct RaysRenderer::State {
         materials(scene.shape.size()) {
     for (size_t body = 0; body < header.body_count(); ++body) {
       const auto found = named.find(header.materials[header.body_material[body]]);
-      const Material look = found == named.end() ? Material{} : found->second;
-      looks.push_back({alpha_of(look.roughness), static_cast<float>(look.clear_coat)});
-      if (header.body_gloss.empty()) continue;
-      const auto [roughness, clear_coat] = header.body_gloss[body];
-      looks.back() = {alpha_of(roughness), clear_coat};
+      Look& look = looks.emplace_back(found == named.end() ? Look{} : found->second.look);
+      if (!header.body_gloss.empty()) {
+        look.roughness = header.body_gloss[body][0];
+        look.clear_coat = header.body_gloss[body][1];
+      }
+      if (header.body_substance.empty()) continue;
+      look.metallic = header.body_substance[body][0];
+      look.transmission = header.body_substance[body][1];
+      look.emission = header.body_substance[body][2];
     }
     if (film_place) films.emplace(std::move(*film_place), header, settings, colours);
     image = {.width = settings.size[0], .height = settings.size[1]};
@@ -85,11 +86,26 @@ struct RaysRenderer::State {
       material.albedo = albedo_of(packed);
       material.is_painted = is_painted(packed);
       // At a roughness of 1 none is left that mirrors, as in the shaders.
-      const float alpha = looks[body].alpha;
+      const Look& look = looks[body];
+      const float alpha = alpha_of(look.roughness);
       material.gloss = {.alpha = alpha, .strength = material.is_plane ? 0.0f : 1 - alpha * alpha};
       material.coat = {.alpha = kCoatRoughness * kCoatRoughness,
-                       .strength = material.is_plane ? 0.0f : looks[body].clear_coat};
+                       .strength = material.is_plane ? 0.0f : static_cast<float>(look.clear_coat)};
+      // Colours that mean something else are no glass's or metal's.
+      const bool is_own = packed == scene.material[body] && !material.is_plane;
+      set_substance(is_own ? look : Look{}, 2 * scene.radius(body), material);
     }
+  }
+
+  static void set_substance(const Look& look, float widest_m, RayMaterial& material) {
+    const auto metallic = static_cast<float>(look.metallic);
+    material.gloss.metallic = metallic;
+    material.gloss.strength = metallic + (1 - metallic) * material.gloss.strength;
+    material.emission = static_cast<float>(look.emission);
+    material.transmission = (1 - metallic) * static_cast<float>(look.transmission);
+    if (material.transmission <= 0) return;
+    material.absorption =
+        -material.albedo.cwiseMax(Vec3f::Constant(kLeastShare)).array().log().matrix() / widest_m;
   }
 
   // The camera is where it is at the frame's time, and half the shutter's time before and after.
@@ -101,6 +117,8 @@ struct RaysRenderer::State {
                         image.height);
     };
     result.views[1] = view(drawn.camera);
+    result.has_clear = std::ranges::any_of(
+        materials, [](const RayMaterial& material) { return material.transmission > 0; });
     result.moves = share > 0 && (drawn.before != nullptr || drawn.after != nullptr);
     for (const size_t i : {0, 2}) {
       const bool known = (i == 0 ? drawn.before : drawn.after) != nullptr;

@@ -28,6 +28,8 @@ enum class PathSquare : uint32_t {
   sun_3,
   turn_3,
   sun_4,
+  turn_4,
+  chance,  // of paths that are mirrored by metals or go through clear bodies: see chance_seed()
   count
 };
 inline constexpr uint32_t kPathSquares = static_cast<uint32_t>(PathSquare::count);
@@ -74,6 +76,14 @@ inline Eigen::Vector2f sample_point(uint32_t sample, uint32_t seed) {
   const uint32_t second = second_dimension(index);
   return {unit(reversed(permuted(index, seed * 0x9E3779B9u + 0x7F4A7C15u))),
           unit(reversed(permuted(second, seed * 0x85EBCA6Bu + 0xC2B2AE35u)))};
+}
+
+// Seed of the k-th of many squares that follow from one (the last steps of MurmurHash3).
+constexpr uint32_t chance_seed(uint32_t seed, uint32_t k) {
+  uint32_t x = seed + 0x9E3779B9u * k;
+  x = (x ^ x >> 16) * 0x85EBCA6Bu;
+  x = (x ^ x >> 13) * 0xC2B2AE35u;
+  return x ^ x >> 16;
 }
 
 using PixelSeeds = std::array<uint32_t, kPathSquares>;
