@@ -4,7 +4,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -13,9 +12,9 @@
 #include "core/naming.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
-#include "core/subprocess.h"
 #include "core/temporary_file.h"
 #include "inspect/pile_inspection.h"
+#include "job/child_run.h"
 #include "job/end_picture.h"
 #include "job/measured_signatures.h"
 #include "job/mode_spec.h"
@@ -191,23 +190,11 @@ void simulate(const ComparisonJob& job, const PlannedRun& run) {
     command.push_back(one);
   }
   remove_in_one_go(run.directory / kKeyFile);
-  Subprocess process(command, "pilesim");
-  while (!interrupted() && !process.ends_within(0.05)) {
-  }
-  if (interrupted()) process.ask_to_end();  // ask only once: a second request ends it at once
-  const SubprocessResult result = process.wait();
+  run_child(
+      command, {},
+      {.file = run.directory.string(),
+       .found = "mode " + run.mode->name + " with seed " + std::to_string(run.seed) + " failed:"});
   stop_if_interrupted(job);
-  if (result.exit_status != 0) {
-    const bool known = result.exit_status == static_cast<int>(ErrorKind::input) ||
-                       result.exit_status == static_cast<int>(ErrorKind::io);
-    std::vector<Problem> problems = {{.file = run.directory.string(),
-                                      .found = "mode " + run.mode->name + " with seed " +
-                                               std::to_string(run.seed) + " failed:"}};
-    std::istringstream errors(result.errors);
-    for (std::string line; std::getline(errors, line);) problems.push_back({.found = line});
-    throw Error(known ? static_cast<ErrorKind>(result.exit_status) : ErrorKind::internal,
-                std::move(problems));
-  }
   write_file_atomically(run.directory / kKeyFile, run.key);
 }
 
