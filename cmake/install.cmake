@@ -21,6 +21,8 @@ install(FILES ${reference}/pilesim.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/
 # Presets name their meshes by ../../assets/: the two stay side by side.
 install(DIRECTORY presets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
         FILES_MATCHING PATTERN *.json PATTERN *.obj PATTERN *.mtl)
+# They name presets/ and assets/ beside them.
+install(DIRECTORY reproduce DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim FILES_MATCHING PATTERN *.json)
 install(DIRECTORY assets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
         FILES_MATCHING PATTERN *.obj PATTERN generate EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/import_pilesim.py DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim)

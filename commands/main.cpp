@@ -163,6 +163,7 @@ int run(int argc, char** argv) {
   pilesim::add_inspect_command(app);
   pilesim::add_compare_command(app);
   pilesim::add_batch_command(app);
+  pilesim::add_reproduce_command(app);
   pilesim::add_schema_command(app);
   pilesim::add_presets_command(app);
   pilesim::add_reference_command(app);

@@ -9,6 +9,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/output_directory.h"
+#include "installed.h"
 #include "json/json_text.h"
 #include "json/problem_log.h"
 #include "options.h"
@@ -24,20 +25,6 @@ struct PresetArguments {
   std::string name, directory = ".";
   bool force = false;
 };
-
-// Beside the program: as it is installed, or in the tree that it was built in.
-fs::path presets_directory() {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const char* way : {"../share/pilesim/presets", "../../../presets"}) {
-    const fs::path directory = (program / way).lexically_normal();
-    if (fs::is_directory(directory)) return directory;
-  }
-  throw Error(ErrorKind::io,
-              Problem{.file = (program / "../share/pilesim/presets").lexically_normal().string(),
-                      .found = "is not there",
-                      .expected = "the presets, beside the program",
-                      .remedy = "Install pilesim as a whole"});
-}
 
 // Name, "impulse/rabbits_in_a_crate", and file.
 std::map<std::string, fs::path> find_presets(const fs::path& root) {
@@ -62,7 +49,7 @@ std::string about(const fs::path& file) {
 }
 
 void list_presets() {
-  const auto presets = find_presets(presets_directory());
+  const auto presets = find_presets(installed_directory("presets"));
   size_t width = 0;
   for (const auto& [name, file] : presets) width = std::max(width, name.size());
   for (const auto& [name, file] : presets) {
@@ -134,7 +121,7 @@ void gather(const fs::path& file, std::map<fs::path, std::string>& texts) {
 }
 
 void copy_preset(const PresetArguments& options) {
-  const auto presets = find_presets(presets_directory());
+  const auto presets = find_presets(installed_directory("presets"));
   const auto& [name, file] = chosen(presets, options.name);
   const fs::path directory = options.directory;
   std::map<fs::path, std::string> texts;

@@ -49,12 +49,6 @@ Json stage_times(const std::vector<FrameRow>& rows) {
   return stages;
 }
 
-Json machine() {
-  const MachineInfo info = machine_info();
-  return {{"cpu", info.cpu},       {"cores", info.cores},     {"memory_bytes", info.memory_bytes},
-          {"system", info.system}, {"pilesim", info.version}, {"compiler", info.compiler}};
-}
-
 Json gates_json(const std::vector<GateResult>& gates) {
   Json results = Json::array();
   for (const GateResult& result : gates) {
@@ -67,6 +61,12 @@ Json gates_json(const std::vector<GateResult>& gates) {
 }
 
 }  // namespace
+
+Json machine_json() {
+  const MachineInfo info = machine_info();
+  return {{"cpu", info.cpu},       {"cores", info.cores},     {"memory_bytes", info.memory_bytes},
+          {"system", info.system}, {"pilesim", info.version}, {"compiler", info.compiler}};
+}
 
 const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections) {
   return *std::ranges::max_element(inspections, {}, [](const FrameQuality& inspection) {
@@ -151,7 +151,7 @@ Json report_json(const SimulationReport& report) {
       {"seed", report.seed},
       {"changed_options", Json::parse(report.changed_options)},
       {"interrupted", report.interrupted},
-      {"machine", machine()},
+      {"machine", machine_json()},
       {"threads", report.threads},
       {"counts",
        {{"frames", report.rows.size()},

@@ -34,4 +34,7 @@ ReportedRun read_report(const std::filesystem::path& file);
 
 nlohmann::ordered_json quality_json(const PileQuality& quality);
 
+// machine_info() as reports have it.
+nlohmann::ordered_json machine_json();
+
 }  // namespace pilesim

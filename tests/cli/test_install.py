@@ -74,6 +74,8 @@ class Installation(CommandTest):
                                 cwd=self.dir, capture_output=True, text=True)  # fmt: skip
         self.assertEqual(copied.returncode, 0, copied.stderr)
         self.succeed("validate", "things_on_a_table.json")
+        listed = subprocess.run([prefix / "bin/pilesim", "reproduce", "list"], capture_output=True, text=True)
+        self.assertIn("table 3.1", listed.stdout, listed.stderr)
 
 
 class Reference(CommandTest):
