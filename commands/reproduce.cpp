@@ -96,6 +96,7 @@ Examples:
   pilesim reproduce chapter 6 --full -o out/piles
   pilesim reproduce figure 5.9 --dry-run
 
+Times of the list are processor times on one machine; signatures that are not cached take longer.
 The page has the dissertation's numbers beside pilesim's, pictures, and the commands, which run
 where presets/ is. After Ctrl-C the same command with --resume goes on.)");
   command->callback([options, output] {

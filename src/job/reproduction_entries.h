@@ -18,7 +18,7 @@ enum class ReproductionSize { quick, full };
 struct ReproductionRun {
   struct Size {
     std::vector<std::string> arguments;
-    std::optional<double> measured_s;  // wall
+    std::optional<double> measured_s;  // processor time
   };
   std::string name;
   Size quick, full;
@@ -56,7 +56,7 @@ std::vector<const ReproductionEntry*> chosen_entries(const Reproduction& reprodu
 std::vector<const ReproductionRun*> runs_of(const Reproduction& reproduction,
                                             const std::vector<const ReproductionEntry*>& entries);
 
-// Wall time of all their runs; none where a run has not been measured.
+// Processor time of all its runs; none where a run has not been measured.
 std::optional<double> measured_s(const Reproduction& reproduction, const ReproductionEntry& entry,
                                  ReproductionSize size);
 

@@ -119,7 +119,7 @@ std::string html_runs(const Json& figures, const Json& entry) {
 
 std::string html_entry(const Json& figures, const Json& entry) {
   std::string html = "<h2>" + escaped(heading(entry)) + "</h2>\n";
-  if (!entry.at("about").empty()) {
+  if (entry.at("about") != "") {
     html += "<p class=\"sub\">" + escaped(entry.at("about")) + "</p>\n";
   }
   if (!entry.at("rows").empty()) html += html_rows(entry);
@@ -157,7 +157,7 @@ std::string markdown_images(const Json& images) {
 
 std::string markdown_entry(const Json& figures, const Json& entry) {
   std::string text = "### " + heading(entry) + "\n\n";
-  if (!entry.at("about").empty()) text += entry.at("about").get<std::string>() + "\n\n";
+  if (entry.at("about") != "") text += entry.at("about").get<std::string>() + "\n\n";
   if (!entry.at("rows").empty()) {
     text += markdown_row(entry.at("columns")) + "|";
     for (size_t i = 0; i < entry.at("columns").size(); ++i) text += "---|";

@@ -126,6 +126,8 @@ class Documents(CommandTest):
         tried = set()
         for document in DOCUMENTS:
             for place, words in commands(document):
+                if words[0] == "reproduce":  # needs no files that are not there
+                    words.append("--dry-run")
                 told = words
                 if document.parent.name == "lab":
                     told = words[:1] + [word for word in words if word.startswith("-")]
