@@ -15,8 +15,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string number_text(double value) {
-  const bool is_whole = value == std::floor(value) && value >= 0 && value < 1e15;
-  return is_whole ? grouped(static_cast<unsigned long long>(value)) : with_digits(value, 3);
+  const bool is_whole = value == std::floor(value) || value >= 1000;
+  if (!is_whole || value < 0 || value > 1e15) return with_digits(value, 3);
+  return grouped(static_cast<unsigned long long>(std::llround(value)));
 }
 
 std::string spaced(std::string name) {
