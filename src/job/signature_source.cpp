@@ -61,8 +61,8 @@ void take_from_scene(const std::filesystem::path& scene_file, const std::string&
     refuse(scene_file, "shape \"" + name + "\" is stretched or mirrored by its scale",
            "one scale, above 0", R"(Leave "signature" out: then it is measured when it is needed)");
   }
-  MeshLibrary meshes;
-  options.scale = mesh.size_m ? scale_to(*mesh.size_m, mesh.file, meshes) : mesh.scale.x();
+  MeshLibrary library;
+  options.scale = mesh.size_m ? scale_to(*mesh.size_m, mesh.file, library) : mesh.scale.x();
   options.is_z_up = mesh.up == UpAxis::z;
   options.material.restitution = material.restitution;
   options.material.friction = material.friction;

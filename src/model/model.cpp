@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel_for.h"
+#include "core/rotation.h"
 #include "core/text.h"
 #include "geometry/cache_file.h"
 #include "geometry/inside_test.h"
@@ -412,7 +413,7 @@ class ModelBuilder {
     }
     const auto first = static_cast<uint32_t>(model_.bodies.size());
     const Vec3 link_m = (chain.to - chain.from) / chain.count;
-    const Quat along = Quat::FromTwoVectors(Vec3::UnitY(), link_m);
+    const Quat along = rotation_between(Vec3::UnitY(), link_m);
     for (int i = 0; i < chain.count; ++i) {
       Body link;
       link.name = chain.name + '/' + std::to_string(i);

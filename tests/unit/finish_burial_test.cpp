@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/parallel_for.h"
+#include "core/rotation.h"
 #include "finish/burial.h"
 #include "support/small_model.h"
 
@@ -119,7 +120,7 @@ TEST(Burial, BodiesBetweenPlanesAreSeenFromBetweenThem) {
     for (const double sign : {1.0, -1.0}) {
       lattice.body(ground, lattice.stuff, -sign * 1.0 * Vec3::Unit(axis), Role::fixed);
       lattice.model.bodies.back().pose.orientation =
-          Quat::FromTwoVectors(Vec3::UnitY(), sign * Vec3::Unit(axis));
+          rotation_between(Vec3::UnitY(), sign * Vec3::Unit(axis));
     }
   }
   const std::vector<double> depths = lattice.depths();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/rotation.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 
@@ -257,7 +258,7 @@ TEST(Joints, AChainHangsAsACatenary) {
   constexpr int kLinks = 24;
   constexpr double kLink = 0.1, kLength = kLinks * kLink;
   const uint32_t link = m.cylinder(0.01, kLink);
-  const Quat level = Quat::FromTwoVectors(Vec3::UnitY(), Vec3::UnitX());
+  const Quat level = rotation_between(Vec3::UnitY(), Vec3::UnitX());
   for (int i = 0; i < kLinks; ++i) {
     m.model.bodies[m.add(link, {(i + 0.5) * kLink, 0, 0})].pose.orientation = level;
     Joint joint{.point = Vec3(i * kLink, 0, 0)};
