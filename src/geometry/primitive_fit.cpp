@@ -47,11 +47,11 @@ std::vector<Vec3> large_faces(const TriangleMesh& hull) {
 }
 
 // Distances along the axis and from it.
-struct Profile {
+struct AxisProfile {
   double along, out;
 };
 
-double distance_to_segment(const Profile& from, const Profile& a, const Profile& b) {
+double distance_to_segment(const AxisProfile& from, const AxisProfile& a, const AxisProfile& b) {
   const Point2 start(a.along, a.out), way = Point2(b.along, b.out) - start;
   const Point2 offset = Point2(from.along, from.out) - start;
   const double share = std::clamp(offset.dot(way) / way.squaredNorm(), 0.0, 1.0);
@@ -68,7 +68,7 @@ double distance_to_box(const Vector& point, const Vector& half) {
 // Distance of a point in the primitive's own frame from its surface, m.
 double distance_to(const FittedPrimitive& primitive, const Vec3& point) {
   const double r = primitive.size.x(), half = primitive.size.y() / 2;
-  const Profile profile{point.y(), std::hypot(point.x(), point.z())};
+  const AxisProfile profile{point.y(), std::hypot(point.x(), point.z())};
   switch (primitive.kind) {
     case Kind::ball:
       return std::abs(point.norm() - r);
