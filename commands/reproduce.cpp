@@ -17,7 +17,7 @@ struct ReproduceArguments {
 };
 
 std::string time_text(std::optional<double> seconds) {
-  return seconds ? with_digits(*seconds, 2) + " s" : "-";
+  return seconds ? with_digits(*seconds, *seconds < 10 ? 2 : 3) + " s" : "-";
 }
 
 void list(const Reproduction& reproduction) {
