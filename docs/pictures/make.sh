@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the pictures of the documentation again, from presets: docs/pictures/make.sh [PILESIM [WORK]].
 # PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/pictures); what is there already is kept.
-# Needs ffmpeg. About two minutes on two cores; with LARGE=1 100,000 rabbits are finished, too, in some ten minutes and 2.4 GB.
+# Needs ffmpeg. About five minutes on two cores; with LARGE=1 100,000 rabbits are finished, too, in some ten minutes and 2.4 GB.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 pilesim=${1:-build/release/commands/pilesim}
@@ -57,6 +57,11 @@ moving tumbling_drum last
 moving vibrating_bowl last
 ffmpeg -loglevel error -y -i "$work/wrecking_ball.png" -i "$work/belt.png" -i "$work/tumbling_drum.png" -i "$work/vibrating_bowl.png" \
   -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/moving.jpg
+
+# Looks, and glass.
+moving looks last
+moving jar last
+ffmpeg -loglevel error -y -i "$work/looks.png" -i "$work/jar.png" -filter_complex hstack -q:v 4 -frames:v 1 docs/pictures/looks.jpg
 
 # The same fall, as it was simulated and as it was made sound.
 run simulate statistical/rabbits_10000
