@@ -226,7 +226,7 @@ void stop_if_interrupted(const ReproductionJob& job) {
                       .remedy = "Go on with the same command and --resume"});
 }
 
-// What is told of a run in reproduction.json, and beside its directory, where it says that the run
+// The figures of a run for reproduction.json, and for a file beside its directory: with it the run
 // is complete.
 Json make_run(const ReproductionJob& job, const ReproductionRun& run, const std::string& number,
               const std::string& program_hash) {

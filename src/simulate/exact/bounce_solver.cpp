@@ -392,6 +392,7 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
   const L zero(T{0}), one(T{1}), h(static_cast<T>(settings.step_s));
   const L restitution = L::load(block.restitution.data());
   const L hard = L(static_cast<T>(kContactMargin / kResolution)) * L::load(block.slop.data());
+  const L rounding = L(static_cast<T>(kRounding / settings.step_s)) * L::load(block.slop.data());
   const L substep(static_cast<T>(settings.step_s / settings.substeps));
   const auto may_bounce = hn::Or(min(weights.mass_a, weights.mass_b) > zero,
                                  hn::Not(L::load(block.bounced.data()) > zero));
@@ -407,8 +408,8 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
     PointStart& start = starts_[p];
     const L at_end = L::load(start.distance.data()) - closing * h + dot(n, fall);
     // The sweeps have left a share of the speeds undone; that is no impact.
-    const auto comes = hn::And(L::load(points_[p].mass_along.data()) > zero,
-                               closing > L(static_cast<T>(kSameImpulse)) * fastest);
+    const L undone = max(L(static_cast<T>(kSameImpulse)) * fastest, rounding);
+    const auto comes = hn::And(L::load(points_[p].mass_along.data()) > zero, closing > undone);
     const auto outlives = hn::And(comes, restitution * closing > L(least_impact_));
     const auto misses = at_end > L(static_cast<T>(kAsGood)) * closing * h;
     const auto collides =

@@ -318,8 +318,6 @@ HWY_INLINE void ContactSolver::measure(Block& block, bool is_last) {
   }
 }
 
-// Soft sweeps leave friction alone: against the speeds that softness gives, it would make bodies
-// that stand creep.
 template <bool kSoft>
 HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
   using L = Lanes<T>;
@@ -361,20 +359,17 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
     push = max(push, zero);
     push.store(point.push.data());
     const L pushed = push - old_push;
-    if constexpr (kSoft) {
-      weights.apply(pushed * n, arm_a, arm_b, g);
-    } else {
-      dv = add_scaled(dv, pushed, load3<T>(point.answer));
-      if (block.has_surfaces) dv = dv + load3<T>(running_[p].velocity);
-      const Lanes3<T> old_friction = load3<T>(point.friction);
-      const Lanes3<T> held =
-          hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
-      store3<T>(held, point.friction);
-      weights.apply(add_scaled(held - old_friction, pushed, n), arm_a, arm_b, g);
-    }
+    dv = add_scaled(dv, pushed, load3<T>(point.answer));
+    if (block.has_surfaces) dv = dv + load3<T>(running_[p].velocity);
+
+    const Lanes3<T> old_friction = load3<T>(point.friction);
+    const Lanes3<T> held =
+        hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
+    store3<T>(held, point.friction);
+    weights.apply(add_scaled(held - old_friction, pushed, n), arm_a, arm_b, g);
   }
   scatter(block, g, motions_);
-  if (!kSoft && block.holds_turning) hold_turning(block, false);
+  if (block.holds_turning) hold_turning(block, false);
 }
 
 void ContactSolver::store(std::span<const ContactRange> contacts, double substep_s) {
@@ -425,9 +420,7 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
       for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
     });
     for (SolverJoint& joint : joints) place(joint, bodies);
-    // Friction of new contacts begins at nothing.
-    const int relaxations = substep == 0 ? 2 * kRelaxations : kRelaxations;
-    for (int i = 0; i < relaxations; ++i) {
+    for (int i = 0; i < kRelaxations; ++i) {
       hold(joints, h, false);
       for_blocks([&](size_t, Block& block) {
         if (i == 0) measure(block, substep + 1 == settings.substeps);

@@ -248,8 +248,10 @@ void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b,
   if (contacts.empty()) return;
   const double step_s = settings_.step_s;
   const double restitution = std::sqrt(a.restitution * b.restitution);
-  const double hard = kContactMargin * smaller_extent(*a.shape, *b.shape);
-  const double pull = step_s * settings_.gravity;
+  const double extent = smaller_extent(*a.shape, *b.shape);
+  const double hard = kContactMargin * extent;
+  const double pull =
+      std::max(step_s * settings_.gravity, kRounding * kResolution * extent / step_s);
   const double fastest = (a.velocity - b.velocity).norm() + a.turning_m_s + b.turning_m_s;
   if (fastest * step_s <= hard && restitution * fastest <= pull) return;
   const Vec3 falls = gravity_ * ((b.is_awake ? 1 : 0) - (a.is_awake ? 1 : 0));
