@@ -120,9 +120,8 @@ std::string html_runs(const Json& figures, const Json& entry) {
 
 std::string html_entry(const Json& figures, const Json& entry) {
   std::string html = "<h2>" + escaped(heading(entry)) + "</h2>\n";
-  if (entry.at("about") != "") {
-    html += "<p class=\"sub\">" + escaped(entry.at("about")) + "</p>\n";
-  }
+  const auto about = entry.at("about").get<std::string>();
+  if (!about.empty()) html += "<p class=\"sub\">" + escaped(about) + "</p>\n";
   if (!entry.at("rows").empty()) html += html_rows(entry);
   html += html_images(entry.at("pictures")) + html_images(entry.at("charts"));
   const Json& method = entry.at("method");
@@ -158,7 +157,8 @@ std::string markdown_images(const Json& images) {
 
 std::string markdown_entry(const Json& figures, const Json& entry) {
   std::string text = "### " + heading(entry) + "\n\n";
-  if (entry.at("about") != "") text += entry.at("about").get<std::string>() + "\n\n";
+  const auto about = entry.at("about").get<std::string>();
+  if (!about.empty()) text += about + "\n\n";
   if (!entry.at("rows").empty()) {
     text += markdown_row(entry.at("columns")) + "|";
     for (size_t i = 0; i < entry.at("columns").size(); ++i) text += "---|";

@@ -102,7 +102,8 @@ class JointChecker {
     const auto check_end = [&](const std::optional<std::string>& name, const char* key) {
       if (!name) return;
       if (*name != kWorldName) return check_joined(body(*name, path / key), path / key);
-      if (std::ranges::find(names_, kWorldName) == names_.end() || !log_.is_sound(path / key)) return;
+      if (std::ranges::find(names_, kWorldName) == names_.end() || !log_.is_sound(path / key))
+        return;
       log_.report(path / key, "is \"world\", and a body has that name, too", "one meaning",
                   "Give the body another name");
     };

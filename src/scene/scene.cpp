@@ -9,16 +9,15 @@ namespace {
 constexpr double kRoundingSlack = 1e-6;
 }  // namespace
 
-bool is_uniform(const Vec3& scale) {
-  return scale == Vec3::Constant(scale.x()) && scale.x() > 0;
-}
+bool is_uniform(const Vec3& scale) { return scale == Vec3::Constant(scale.x()) && scale.x() > 0; }
 
 int Scene::frame_count() const {
   return 1 + static_cast<int>(std::floor(duration_s * frame_rate + kRoundingSlack));
 }
 
 int Scene::steps_per_frame() const {
-  return std::max(1, static_cast<int>(std::ceil(1.0 / (frame_rate * step_s.value_or(kFixedStep)) - kRoundingSlack)));
+  return std::max(1, static_cast<int>(std::ceil(1.0 / (frame_rate * step_s.value_or(kFixedStep)) -
+                                                kRoundingSlack)));
 }
 
 std::string mode_name(SimulatorMode mode) {

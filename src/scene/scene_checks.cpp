@@ -291,9 +291,9 @@ class Checker {
         if (rate <= most) continue;
         log_.report(place / "angular_velocity", "is " + with_digits(rate, 3) + " rad/s",
                     "at most " + with_digits(most, 3) + " rad/s" +
-                        (most < kMostRate ? ", a quarter of a turn in a step of " +
-                                                with_digits(step_s, 3) + " s"
-                                          : ", 1000 turns a second"),
+                        (most < kMostRate
+                             ? ", a quarter of a turn in a step of " + with_digits(step_s, 3) + " s"
+                             : ", 1000 turns a second"),
                     remedy);
         continue;
       }
@@ -305,11 +305,11 @@ class Checker {
       const double turns = sway != nullptr ? std::max(1.0, sway->amplitude) : 1;  // rad
       const double most_hz = most / (2 * kPi * turns);
       if (motor.frequency_hz <= most_hz) continue;
-      log_.report(place / "frequency_hz", "is " + number_text(motor.frequency_hz),
-                  "at most " + with_digits(most_hz, 3) +
-                      (most < kMostRate ? ", which steps of " + with_digits(step_s, 3) + " s follow"
-                                        : ""),
-                  remedy);
+      log_.report(
+          place / "frequency_hz", "is " + number_text(motor.frequency_hz),
+          "at most " + with_digits(most_hz, 3) +
+              (most < kMostRate ? ", which steps of " + with_digits(step_s, 3) + " s follow" : ""),
+          remedy);
     }
   }
 

@@ -20,8 +20,8 @@ inline constexpr size_t kMostIncluded = 64;  // files in all, each as often as i
 // "include": [...] of the file and of those that it includes, read from the innermost on. The
 // contents of a file come after those that it includes: "bodies", "emitters", "joints", "chains",
 // "events" and "piles" are joined, "materials", "shapes" and "variables" are joined by name, and of
-// all other keys, and of one name, the including file's value holds. Relative paths of meshes and signatures in an
-// included file are made to start at the first file.
+// all other keys, and of one name, the including file's value holds. Relative paths of meshes and
+// signatures in an included file are made to start at the first file.
 class SceneSources {
  public:
   struct File {
