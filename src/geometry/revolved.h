@@ -20,7 +20,7 @@ Profile capsule_profile(double radius, double height, int across);
 Profile torus_profile(double ring, double tube, int across);
 Profile tube_profile(double outer, double inner, double height);
 
-// Of the solid that the profile's edges sweep, exact.
+// Exact, for the solid that the profile's edges sweep.
 MassProperties revolved_mass(const Profile& profile);
 
 // Closed, with outward triangles; `sides` corners on the circle of each point.

@@ -214,7 +214,7 @@ double start_of(const Emitter& emitter, size_t body) {
   return emitter.start_s + delay_s;
 }
 
-// Of a nozzle that moves; empty: none.
+// The motion of the nozzle; empty: it stands still.
 Motion nozzle_motion(const Emitter& emitter) {
   const auto* stream = std::get_if<PointSource>(&emitter.source);
   if (stream == nullptr) return {};

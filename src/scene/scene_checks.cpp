@@ -630,7 +630,7 @@ class Checker {
   const Path shapes_ = root_ / "shapes";
   const Path materials_ = root_ / "materials";
   std::vector<std::string> shape_names_, material_names_, body_names_;
-  // What makes bodies called "<name>/<index>".
+  // An emitter or a chain; its bodies are called "<name>/<index>".
   struct Owner {
     std::string list;  // of the scene
     size_t index = 0;

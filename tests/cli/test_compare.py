@@ -124,7 +124,7 @@ class Compare(CommandTest):
             )
 
         self.succeed(
-            "compare", self.write_scene(heap), "-o", "out", "--runs", 12, "--reference", "impulse",
+            "compare", self.write_scene(heap), "-o", "out", "--runs", 8, "--reference", "impulse",
             "--modes", "impulse@1/480,impulse+/materials/wood/restitution=0.8",
             env={**os.environ, "PATH": str(self.dir)},
         )

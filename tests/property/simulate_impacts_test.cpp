@@ -132,7 +132,6 @@ struct Row {
   double restitution;
   int step_hz;
   bool boxes = false;
-  double start_m = 0;
 };
 
 constexpr double kRadius = 0.02, kApart = 0.0401;  // m
@@ -144,7 +143,7 @@ std::vector<double> speeds_after(const Row& row) {
   m.scene.step_s = 1.0 / row.step_hz;
   const uint32_t shape = row.boxes ? m.box(Vec3::Constant(2 * kRadius)) : m.sphere(kRadius);
   const double volume = m.model.shapes[shape].mass.volume_m3;
-  double x = row.start_m;
+  double x = 0;
   for (size_t i = 0; i < row.masses_kg.size(); ++i) {
     if (i > 0) x += 2 * kRadius + row.gaps_m[i - 1];
     const uint32_t material = m.material(row.restitution, 0, row.masses_kg[i] / volume);
@@ -177,18 +176,17 @@ TEST(Impacts, ARowPassesAnImpulseOn) {
   }
 }
 
-// Touching bodies are apart or penetrate by rounding, which differs with the place; that is no
-// impact.
-TEST(Impacts, ARowThatTouchesPassesAnImpulseOnAnywhere) {
+// Solvers leave bodies that touch with speeds by rounding, towards each other or apart: no impacts.
+TEST(Impacts, ARowThatIsNotQuiteAtRestPassesAnImpulseOn) {
   std::mt19937 random(3);
-  std::uniform_real_distribution<double> place(-10, 10);
+  std::uniform_real_distribution<double> rounding(-1e-9, 1e-9);  // m/s
   for (int i = 0; i < 100; ++i) {
     const size_t count = 5 + i % 6;
-    std::vector<double> masses(count, 1), speeds(count, 0), gaps(count - 1, 0);
+    std::vector<double> masses(count, 1), speeds(count), gaps(count - 1, 0);
+    std::ranges::generate(speeds, [&] { return rounding(random); });
     speeds[0] = 1;
-    gaps[0] = kApart;
-    const Row row{masses, speeds, gaps, 1, 60, i % 2 == 0, place(random)};
-    EXPECT_NEAR(speeds_after(row).back(), 1, 1e-3) << i << ", from " << row.start_m << " m";
+    gaps[0] = 0.005;  // hit in the first step, before they have bounced apart
+    EXPECT_NEAR(speeds_after({masses, speeds, gaps, 1, 60, i % 2 == 0}).back(), 1, 1e-3) << i;
   }
 }
 

@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cmath>
-#include <vector>
 
 #include "geometry/inside_test.h"
 #include "geometry/primitives.h"
@@ -305,20 +303,14 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
     EXPECT_LT(embedded.deepest(), kTouching) << low;
     EXPECT_GT(embedded.filling.kept, 40) << low;
   }
-  // Squeezed bodies are a matter of chance: most of these touch, and none is deeper than a mould
-  // allows.
-  std::vector<double> depths;
   for (const double turn : {0.3, 0.5, 0.7}) {
     const Standing with_a_block(0, [turn](SmallModel& world, uint32_t stone) {
       world.body(world.box({0.2, 0.3, 0.9}), stone, {0.1, 0.15, 0}, Role::fixed).pose.orientation =
           Eigen::AngleAxisd(turn, Vec3(1, 2, 3).normalized());
     });
-    depths.push_back(with_a_block.deepest());
-    EXPECT_GT(with_a_block.filling.kept, 40);
+    EXPECT_LT(with_a_block.deepest(), kTouching) << turn;
+    EXPECT_GT(with_a_block.filling.kept, 40) << turn;
   }
-  std::ranges::sort(depths);
-  EXPECT_LT(depths[1], kTouching);
-  EXPECT_LT(depths[2], guide_constants::kMostPenetration * 0.05 * std::sqrt(3));
   const Standing with_a_shelf(0, [](SmallModel& world, uint32_t stone) {  // thinner than a cell
     world.body(world.box({2, 0.02, 2}), stone, {0, 0.3, 0}, Role::kinematic);
   });

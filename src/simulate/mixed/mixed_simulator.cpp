@@ -330,7 +330,7 @@ bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
                          .only_moving = sphere.asleep});
 }
 
-// A threaded body stays so until it leaves: as balls, those that lie on each other would be sunk.
+// A threaded body stays so until it leaves: as balls, those that lie on each other would penetrate.
 template <class World, class Coupling>
 Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
   if (!is_attracted(body)) return Behaviour::statistical;
