@@ -99,7 +99,7 @@ SimulationSummary run_finish(const FinishJob& job) {
   SimulationReport report = begin_report("finish", scene_file, loaded, model);
 
   // The scene's settings, unless the command line overrides them.
-  RestSettings settings = settings_of(loaded.scene.finish.value_or(Finish{}));
+  RestSettings settings = settings_of(loaded.scene.finish);
   if (job.longest_s) settings.longest_s = job.longest_s;
   settings.visible_only |= job.visible_only;
   const CheckpointKey key = key_of(report.scene_hash, source, start, settings);

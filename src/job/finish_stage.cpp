@@ -34,6 +34,9 @@ void move_to(const fs::path& from, const fs::path& to) {
   if (fault) throw io_error(to.string(), "cannot be written", fault.value());
 }
 
+// A share of bodies. With more a pile is still in fall, and finishing would visibly cut it short.
+constexpr double kMostMoving = 0.1;
+
 // Writes checkpoints of a pile on its way to rest; starts from an existing one.
 class RestRecorder {
  public:
@@ -104,6 +107,15 @@ FinishedPile rest_of(const FinishStage& stage, const BodyStates& start, const fs
 
 RestSettings settings_of(const Finish& finish) {
   return {.longest_s = finish.longest_s, .visible_only = finish.visible_only};
+}
+
+bool is_to_be_finished(const Scene& scene, uint64_t bodies, uint64_t unsettled, std::string& note) {
+  if (!scene.finishes_by_mode()) return scene.finish.when == Finishing::always;
+  if (static_cast<double>(unsettled) <= kMostMoving * static_cast<double>(bodies)) return true;
+  note = counted(unsettled, "body", "bodies") + " of " + std::to_string(bodies) +
+         " still move at the end, so overlaps were left as they are; let the run last longer "
+         "(\"duration_s\"), or set \"finish\" to true or false";
+  return false;
 }
 
 FinishedPile finish_trajectory(const FinishStage& stage, const fs::path& source,

@@ -17,6 +17,10 @@ inline constexpr char kFinishingFile[] = "finishing.bin";
 
 RestSettings settings_of(const Finish& finish);
 
+// Whether a run ends with finishing. Where the mode decides and too many of the bodies still move
+// to be brought to rest unseen, it does not, and `note` says so.
+bool is_to_be_finished(const Scene& scene, uint64_t bodies, uint64_t unsettled, std::string& note);
+
 struct FinishStage {
   const Scene& scene;
   const Model& model;

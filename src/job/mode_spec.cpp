@@ -138,11 +138,13 @@ ModeSpec resolve_mode(const std::string& text, const Scene& scene) {
   }
   if (collision) add_collision(text, *collision, scene, spec.overrides);
   if (step) spec.overrides.push_back("/step_s=" + with_digits(parse_step(text, *step), 17));
+  // A comparison is of what the modes simulate.
+  if (scene.finish.when == Finishing::by_mode) spec.overrides.push_back("/finish=false");
   while (more) {
     std::string one = *more;
     more = cut(one, '+');
     if (one == "finish") {
-      spec.overrides.push_back("/finish={}");
+      spec.overrides.push_back("/finish=true");
       continue;
     }
     if (!one.starts_with('/') || one.find('=') == one.npos) {

@@ -20,6 +20,14 @@ int Scene::steps_per_frame() const {
                                                 kRoundingSlack)));
 }
 
+bool Scene::finishes_by_mode() const {
+  const bool overlaps =
+      simulator.mode == SimulatorMode::statistical || simulator.mode == SimulatorMode::mixed;
+  const bool is_directed = guide || !piles.empty();
+  return finish.when == Finishing::by_mode && overlaps && simulator.method == Method::own &&
+         !is_directed;
+}
+
 std::string mode_name(SimulatorMode mode) {
   switch (mode) {
     case SimulatorMode::impulse:

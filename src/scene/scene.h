@@ -561,8 +561,12 @@ struct RenderSettings {
   double exposure = 0;  // stops: each doubles the light of the picture
 };
 
+// by_mode: in the statistical and the mixed mode, which leave overlaps, if the pile is at rest.
+enum class Finishing : uint8_t { by_mode, never, always };
+
 // The pile is made sound at the end of a run, and its motion is eased to end so (docs/finish.md).
 struct Finish {
+  Finishing when = Finishing::by_mode;
   std::optional<double> longest_s;  // > 0, simulated; none: by the size of the bodies
   bool visible_only = false;        // what no camera can see stays in each other
 };
@@ -593,7 +597,7 @@ struct Scene {
   SimulatorSettings simulator;
   std::optional<Guide> guide;
   std::vector<Pile> piles;
-  std::optional<Finish> finish;
+  Finish finish;
   Camera camera;
   std::vector<NamedCamera> cameras;  // others, for `render --camera`
   RenderSettings render;
@@ -603,6 +607,8 @@ struct Scene {
   // Where steps are of one length.
   int steps_per_frame() const;
   double actual_step_s() const { return 1.0 / (frame_rate * steps_per_frame()); }
+  // The mode leaves overlaps that the scene does not ask for: see Finishing::by_mode.
+  bool finishes_by_mode() const;
 };
 
 }  // namespace pilesim

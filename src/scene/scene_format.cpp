@@ -232,7 +232,7 @@ Codec<RenderSettings> render_codec() {
 }
 
 Codec<Finish> finish_codec() {
-  return object<Finish>(
+  const Codec<Finish> settings = object<Finish>(
       {.noun = "finish",
        .fields = {
            optional_field<Finish>("longest_s", &Finish::longest_s, number(above(0)),
@@ -241,6 +241,36 @@ Codec<Finish> finish_codec() {
            newer(field<Finish>(
                "visible_only", &Finish::visible_only, boolean(),
                "Leave overlaps of bodies that lie too deep in the pile to be seen."))}});
+  Codec<Finish> codec;
+  codec.expected = "true, false or " + settings.expected;
+  codec.schema = {{"anyOf", {boolean().schema, settings.schema}}};
+  codec.read = [settings](const Json& json, const Path& path, Finish& finish,
+                          ReadContext& context) {
+    if (json.is_boolean()) {
+      finish.when = json.get<bool>() ? Finishing::always : Finishing::never;
+      return;
+    }
+    settings.read(json, path, finish, context);
+    finish.when = Finishing::always;
+  };
+  codec.write = [settings](const Finish& finish) {
+    return finish.when == Finishing::always ? settings.write(finish) : Json(false);
+  };
+  return codec;
+}
+
+// Left out of the resolved scene where the mode decides.
+Field<Scene> finish_field() {
+  Field<Scene> field = pilesim::field<Scene>(
+      "finish", &Scene::finish, finish_codec(),
+      "Take overlaps out of the pile at the end, with the exact engine. true, or an object of "
+      "settings: always; false: never. Default: in the statistical and the mixed mode, unless the "
+      "pile is directed, the method is the dissertation's, or more than a tenth of the bodies "
+      "still move.");
+  field.write = [write = field.write](const Scene& scene) {
+    return scene.finish.when == Finishing::by_mode ? std::nullopt : write(scene);
+  };
+  return field;
 }
 
 // Left out of the resolved scene where it is the default, which is older than the key.
@@ -321,8 +351,7 @@ Fields<Scene> content_fields() {
                             "Keeps a pile in a shape, for pilesim direct-pile."),
       field<Scene>("piles", &Scene::piles, list(pile_codec()),
                    "Piles with an angle of repose, for pilesim direct-pile."),
-      optional_field<Scene>("finish", &Scene::finish, finish_codec(),
-                            "Take overlaps out of the pile at the end, with the exact engine."),
+      finish_field(),
       field<Scene>("render", &Scene::render, render_codec(), "Settings of pictures."),
   };
 }

@@ -99,6 +99,29 @@ class FinishTest(CommandTest):
         )
         self.assertEqual(self.report("own")["finish"]["bodies"], 27)
 
+    def test_the_mixed_mode_finishes_a_pile_at_rest_unless_it_is_told_not_to(self):
+        def mixed(scene):
+            # Spheres around boxes that start high: they come to rest, and the boxes overlap.
+            scene["simulator"] = {"mode": "mixed", "level_of_detail": {"level": 3}}
+            scene["duration_s"] = 4
+
+        self.write_scene(mixed)
+        result = self.succeed("simulate", "scene.json", "-o", "out", "--fail-on", GATES)
+        self.assertEqual(result.stderr, "")
+        self.assertEqual(self.report("out")["finish"]["bodies"], 8)
+        self.succeed("simulate", "scene.json", "-o", "quick", "--set", "/finish=false")
+        self.assertNotIn("finish", self.report("quick"))
+        falling = self.succeed("simulate", "scene.json", "-o", "falling", "--set", "/duration_s=0.3")
+        self.assertIn('8 bodies of 8 still move at the end, so overlaps were left as they are; let the run last longer '
+                      '("duration_s"), or set "finish" to true or false', falling.stderr)
+        self.assertNotIn("finish", self.report("falling"))
+        self.succeed("simulate", "scene.json", "-o", "asked", "--set", "/duration_s=0.3", "--set", "/finish=true")
+        self.assertEqual(self.report("asked")["finish"]["bodies"], 8)
+        # The modes are compared as they simulate.
+        self.succeed("compare", "scene.json", "-o", "compared", "--modes", "mixed", "--reference", "impulse")
+        self.assertEqual([run for run in (self.dir / "compared/runs").glob("*/*/report.json")
+                          if "finish" in json.loads(run.read_text())], [])
+
     def test_says_what_stands_in_the_way(self):
         self.simulate_overlapping()
         result = self.expect_exit(2, "finish", "out", "-o", "out", "--force")

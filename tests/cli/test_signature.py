@@ -46,6 +46,7 @@ class MeasuredWhenNeeded(CommandTest):
         def change(scene):
             scene["simulator"] = {"mode": "statistical"}
             scene["duration_s"] = 0.4
+            scene["finish"] = False
             scene["emitters"][0].update(centre=[0, 0.5, 0], count=[2, 1, 2])
 
         scene = self.write_scene(change)

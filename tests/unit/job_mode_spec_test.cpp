@@ -29,32 +29,35 @@ std::vector<std::string> overrides(const std::string& mode) {
 }
 
 TEST(ModeSpecTest, IsOverridesOfTheScene) {
-  EXPECT_THAT(overrides("impulse"), ElementsAre("/simulator/mode=impulse"));
+  EXPECT_THAT(overrides("impulse"), ElementsAre("/simulator/mode=impulse", "/finish=false"));
   EXPECT_THAT(overrides("impulse:spheres7"),
               ElementsAre("/simulator/mode=impulse", "/shapes/leg~11/collision=spheres",
                           "/shapes/leg~11/sphere_count=7", "/shapes/ring/collision=spheres",
-                          "/shapes/ring/sphere_count=7"));
+                          "/shapes/ring/sphere_count=7", "/finish=false"));
   EXPECT_THAT(overrides("impulse@1/480+/simulator/sleeping=false"),
               ElementsAre("/simulator/mode=impulse", "/step_s=0.0020833333333333333",
-                          "/simulator/sleeping=false"));
+                          "/finish=false", "/simulator/sleeping=false"));
 }
 
 TEST(ModeSpecTest, AnotherModeThanTheScenesOwnHasTheDefaultStepAndSweeps) {
   EXPECT_THAT(overrides("statistical@0.01"),
               ElementsAre("/simulator/mode=statistical", "/step_s=\"auto\"",
-                          "/simulator/solver_iterations=20", "/step_s=0.01"));
+                          "/simulator/solver_iterations=20", "/step_s=0.01", "/finish=false"));
 }
 
-TEST(ModeSpecTest, FinishedAtTheEnd) {
+TEST(ModeSpecTest, FinishedAtTheEndIfTheModeOrTheSceneSaysSo) {
   EXPECT_THAT(overrides("impulse+finish+/seed=3"),
-              ElementsAre("/simulator/mode=impulse", "/finish={}", "/seed=3"));
+              ElementsAre("/simulator/mode=impulse", "/finish=false", "/finish=true", "/seed=3"));
+  Scene finished = scene();
+  finished.finish.when = Finishing::always;
+  EXPECT_THAT(resolve_mode("impulse", finished).overrides, ElementsAre("/simulator/mode=impulse"));
 }
 
 TEST(ModeSpecTest, RunsAreComparedForTheWholeDuration) {
   Scene settled = scene();
   settled.until = Until::settled;
   EXPECT_THAT(resolve_mode("impulse", settled).overrides,
-              ElementsAre("/simulator/mode=impulse", "/until=duration"));
+              ElementsAre("/simulator/mode=impulse", "/until=duration", "/finish=false"));
 }
 
 // The scene's checks know the modes: new modes need nothing here.

@@ -242,6 +242,32 @@ TEST(SceneLoader, ResolvedSceneLoadsAgainToTheSame) {
   EXPECT_THAT(first.resolved, HasSubstr("\"step_s\""));
 }
 
+TEST(SceneLoader, FinishIsAnAnswerOrSettingsAndElseTheModeDecides) {
+  const auto scene = [](const std::string& more) {
+    return parse("{\"version\": 1, " + more + "}").scene;
+  };
+  EXPECT_EQ(scene("\"finish\": true").finish.when, Finishing::always);
+  EXPECT_EQ(scene("\"finish\": false").finish.when, Finishing::never);
+  EXPECT_EQ(scene("\"finish\": {\"longest_s\": 3}").finish.when, Finishing::always);
+  EXPECT_EQ(scene("\"finish\": {\"longest_s\": 3}").finish.longest_s, 3);
+  const auto by_mode = [&](const std::string& simulator, const std::string& more = "") {
+    return scene("\"simulator\": " + simulator + more).finishes_by_mode();
+  };
+  EXPECT_FALSE(by_mode(R"({"mode": "impulse"})"));
+  EXPECT_FALSE(by_mode(R"({"mode": "particle"})"));
+  EXPECT_TRUE(by_mode(R"({"mode": "mixed"})"));
+  EXPECT_TRUE(by_mode(R"({"mode": "statistical"})"));
+  EXPECT_FALSE(by_mode(R"({"mode": "mixed", "method": "dissertation"})"));
+  EXPECT_FALSE(by_mode(R"({"mode": "mixed"})", R"(, "finish": false)"));
+
+  for (const std::string finish : {R"("finish": false)", R"("finish": {"visible_only": true})"}) {
+    const LoadedScene first = parse("{\"version\": 1, " + finish + "}");
+    EXPECT_THAT(first.resolved, HasSubstr("\"finish\""));
+    EXPECT_EQ(parse_scene(first.resolved, "/elsewhere/resolved.json").resolved, first.resolved);
+  }
+  EXPECT_THAT(parse("{\"version\": 1}").resolved, Not(HasSubstr("finish")));
+}
+
 TEST(SceneLoader, AMissingFileIsAnInputOutputError) {
   try {
     load_scene("/nowhere/scene.json");
