@@ -136,6 +136,23 @@ TEST_F(Mixed, ExactPairsKeepMomentum) {
   EXPECT_GT(states().linear_velocity[1].x(), 0.5);
 }
 
+// Both are solved against it.
+TEST_F(Mixed, ABeltCarriesExactAndNearBodies) {
+  constexpr double kSpeed = 1;
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed).surface_velocity =
+      SurfaceVelocity{.linear = {kSpeed, 0, 0}};
+  add("cube", {-1.5, kSide / 2, -1}, kExact);
+  add("cube", {-1.5, kSide / 2, 1}, kSphere);
+  start();
+  run(90);
+  EXPECT_TRUE(is_near(2));
+  const double moved = kSpeed * (1.5 - kSpeed / (0.5 * 9.81) / 2);
+  for (const uint32_t body : {1U, 2U}) {
+    EXPECT_NEAR(states().linear_velocity[body].x(), kSpeed, 0.01 * kSpeed) << body;
+    EXPECT_NEAR(states().position[body].x() + 1.5, moved, 0.02 * moved) << body;
+  }
+}
+
 TEST_F(Mixed, NoSphereReachesAMustImpulseBody) {
   scene_.shapes["slab"] = BoxShape{{12, 0.4, 12}};  // nothing flies beyond it
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);

@@ -119,6 +119,21 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
 }
 
 // On a slope, too: face to face with it.
+// It slides until it has the belt's speed, after v / (mu g).
+TEST_F(Statistical, ABeltCarriesABody) {
+  constexpr double kSpeed = 2;
+  add_shape("box", box_mesh({0.2, 0.1, 0.3}));
+  add_ground();
+  scene_.bodies.back().surface_velocity = SurfaceVelocity{.linear = {kSpeed, 0, 0}};
+  add_body("box", {0, 0.05, 0});
+  start();
+  run(180);
+  EXPECT_NEAR(states().linear_velocity[1].x(), kSpeed, 0.02 * kSpeed);
+  const double moved = kSpeed * (3 - kSpeed / (kFriction * 9.81) / 2);
+  EXPECT_NEAR(states().position[1].x(), moved, 0.1 * moved);
+  EXPECT_NEAR(states().position[1].z(), 0, 0.05 * moved);
+}
+
 TEST_F(Statistical, BodiesOnASlopeLieOnIt) {
   const Quat slope(Eigen::AngleAxisd(radians(12), Vec3::UnitZ()));
   add_ground();
