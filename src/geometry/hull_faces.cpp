@@ -5,11 +5,14 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <queue>
+#include <span>
 #include <utility>
+
+#include "geometry/half_edges.h"
+#include "geometry/support_tree.h"
 
 namespace pilesim {
 namespace {
@@ -23,19 +26,14 @@ constexpr double kSliver = 1e-6;
 
 // Triangles over the edges of each triangle, in the order of its corners.
 std::vector<std::array<uint32_t, 3>> triangle_neighbours(const TriangleMesh& hull) {
-  std::map<std::pair<uint32_t, uint32_t>, uint32_t> owner;  // of directed edges
-  for (uint32_t t = 0; t < hull.triangles.size(); ++t) {
-    const Triangle& corners = hull.triangles[t];
-    for (size_t k = 0; k < 3; ++k) owner[{corners[k], corners[(k + 1) % 3]}] = t;
-  }
   std::vector<std::array<uint32_t, 3>> neighbours(hull.triangles.size());
-  for (uint32_t t = 0; t < hull.triangles.size(); ++t) {
-    const Triangle& corners = hull.triangles[t];
-    for (size_t k = 0; k < 3; ++k) {
-      const auto over = owner.find({corners[(k + 1) % 3], corners[k]});
-      neighbours[t][k] = over == owner.end() ? t : over->second;
+  const HalfEdges sides(hull.triangles, hull.vertices.size());
+  sides.for_each_edge([&](std::span<const HalfEdge> edge) {
+    for (const HalfEdge& side : edge) {
+      const auto over = std::ranges::find(edge, !side.forward, &HalfEdge::forward);
+      neighbours[side.triangle][side.corner] = over == edge.end() ? side.triangle : over->triangle;
     }
-  }
+  });
   return neighbours;
 }
 
@@ -198,22 +196,24 @@ class FaceGrower {
     HullFace face{.normal = plane_.normal, .vertices = vertices_};
     const double length = longest_side(hull_, seed);
     const bool exact = triangles == 1 && total_area_ > kSliver * length * length;
-    face.offset_m = support(face.normal, exact ? points_ : hull_.vertices);
+    face.offset_m = -std::numeric_limits<double>::infinity();
+    for (const Vec3& point : points_) {
+      face.offset_m = std::max(face.offset_m, face.normal.dot(point));
+    }
+    if (!exact) {
+      if (!all_vertices_) all_vertices_.emplace(hull_.vertices);
+      face.offset_m = all_vertices_->support(face.normal, face.offset_m).offset_m;
+    }
     for (const uint32_t v : vertices_) in_face_[v] = 0;
     return face;
-  }
-
-  static double support(const Vec3& normal, std::span<const Vec3> points) {
-    double offset = -std::numeric_limits<double>::infinity();
-    for (const Vec3& point : points) offset = std::max(offset, normal.dot(point));
-    return offset;
   }
 
   const TriangleMesh& hull_;
   std::vector<std::array<uint32_t, 3>> neighbours_;
   double tolerance_;
-  std::vector<uint8_t> taken_;    // by triangle
-  std::vector<uint8_t> in_face_;  // by vertex: of the face that grows
+  std::optional<SupportTree> all_vertices_;  // made when a face needs it
+  std::vector<uint8_t> taken_;               // by triangle
+  std::vector<uint8_t> in_face_;             // by vertex: of the face that grows
   std::vector<uint32_t> vertices_;
   std::vector<Vec3> points_;
   Vec3 area_ = Vec3::Zero();

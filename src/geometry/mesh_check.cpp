@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
+#include <span>
 #include <sstream>
-#include <tuple>
 
+#include "core/disjoint_sets.h"
+#include "geometry/half_edges.h"
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
 #include "geometry/self_touching.h"
@@ -62,28 +63,6 @@ void find_degenerate(const TriangleMesh& mesh, double diagonal, std::vector<Mesh
   finding.report("such triangles", defects);
 }
 
-struct HalfEdge {
-  uint32_t low, high;  // vertex indices, low < high
-  uint32_t triangle;
-  bool forward;  // the triangle runs from low to high
-};
-
-std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
-  std::vector<HalfEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    const Triangle& t = mesh.triangles[i];
-    for (size_t corner = 0; corner < 3; ++corner) {
-      const uint32_t from = t[corner], to = t[(corner + 1) % 3];
-      edges.push_back({std::min(from, to), std::max(from, to), i, from < to});
-    }
-  }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  return edges;
-}
-
 std::string edge_text(const TriangleMesh& mesh, const HalfEdge& edge) {
   return "edge (" + std::to_string(edge.low) + ", " + std::to_string(edge.high) + ") from " +
          place(mesh.vertices[edge.low]) + " to " + place(mesh.vertices[edge.high]);
@@ -92,30 +71,26 @@ std::string edge_text(const TriangleMesh& mesh, const HalfEdge& edge) {
 void find_bad_edges(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) {
   Finding open(MeshDefectKind::open_edge), crowded(MeshDefectKind::non_manifold),
       inconsistent(MeshDefectKind::inconsistent);
-  const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
-  for (auto first = edges.begin(); first != edges.end();) {
-    const auto last = std::find_if(first, edges.end(), [&](const HalfEdge& e) {
-      return e.low != first->low || e.high != first->high;
-    });
-    const auto count = last - first;
-    if (count == 1) {
+  const HalfEdges sides(mesh.triangles, mesh.vertices.size());
+  sides.for_each_edge([&](std::span<const HalfEdge> edge) {
+    const HalfEdge& first = edge[0];
+    if (edge.size() == 1) {
       open.add([&] {
-        return edge_text(mesh, *first) + " has one triangle only (" +
-               std::to_string(first->triangle) + "): the surface is open there";
+        return edge_text(mesh, first) + " has one triangle only (" +
+               std::to_string(first.triangle) + "): the surface is open there";
       });
-    } else if (count > 2) {
+    } else if (edge.size() > 2) {
       crowded.add([&] {
-        return edge_text(mesh, *first) + " has " + std::to_string(count) +
+        return edge_text(mesh, first) + " has " + std::to_string(edge.size()) +
                " triangles: the inside is not clear there";
       });
-    } else if (first->forward == first[1].forward) {
+    } else if (first.forward == edge[1].forward) {
       inconsistent.add([&] {
-        return edge_text(mesh, *first) + " has neighbours of opposite orientation (triangles " +
-               std::to_string(first->triangle) + " and " + std::to_string(first[1].triangle) + ')';
+        return edge_text(mesh, first) + " has neighbours of opposite orientation (triangles " +
+               std::to_string(first.triangle) + " and " + std::to_string(edge[1].triangle) + ')';
       });
     }
-    first = last;
-  }
+  });
   open.report("open edges", defects);
   crowded.report("such edges", defects);
   inconsistent.report("such edges", defects);
@@ -123,24 +98,20 @@ void find_bad_edges(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) 
 
 // A connected piece of the surface, by one triangle of it: the largest.
 std::vector<uint32_t> largest_triangle_of_each_piece(const TriangleMesh& mesh) {
-  std::vector<uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](uint32_t vertex) {
-    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
-    return vertex;
-  };
+  DisjointSets pieces;
+  pieces.reset(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    parent[root(b)] = root(a);
-    parent[root(c)] = root(a);
+    pieces.unite(a, b);
+    pieces.unite(a, c);
   }
   const auto area = [&](uint32_t triangle) {
     const auto& [a, b, c] = mesh.triangles[triangle];
     const Vec3& origin = mesh.vertices[a];
     return (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).norm();
   };
-  std::map<uint32_t, uint32_t> largest;  // by root
+  std::map<uint32_t, uint32_t> largest;  // by piece
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [place, is_new] = largest.try_emplace(root(mesh.triangles[i][0]), i);
+    const auto [place, is_new] = largest.try_emplace(pieces.find(mesh.triangles[i][0]), i);
     if (!is_new && area(i) > area(place->second)) place->second = i;
   }
   std::vector<uint32_t> triangles;

@@ -142,19 +142,18 @@ class Fitter {
   explicit Fitter(const TriangleMesh& mesh)
       : hull_(convex_hull(mesh.vertices)),
         mass_(mass_properties(hull_)),
-        faces_(flat_faces(hull_)),
-        large_(large_faces(hull_)),
         rounding_m_(mesh.rounding_m) {}
 
   std::optional<FittedPrimitive> fit() {
     if (is_it(ball())) return found_;
+    large_ = large_faces(hull_);
     const Mat3 principal = principal_inertia(mass_.inertia_m5).axes.toRotationMatrix();
     // The ends of a rod are smaller than all of its sides.
     std::vector<Vec3> bases = large_;
     for (int k = 0; k < 3; ++k) {
       for (const double side : {1.0, -1.0}) {
         const Vec3 axis = side * principal.col(k);
-        bases.push_back(std::ranges::max(faces_, {}, [&](const HullFace& face) {
+        bases.push_back(std::ranges::max(faces(), {}, [&](const HullFace& face) {
                           return face.normal.dot(axis);
                         }).normal);
       }
@@ -172,6 +171,12 @@ class Fitter {
   }
 
  private:
+  // Made when they are first asked for: a candidate whose corners lie elsewhere needs none.
+  const std::vector<HullFace>& faces() {
+    if (faces_.empty()) faces_ = flat_faces(hull_);
+    return faces_;
+  }
+
   FittedPrimitive ball() const {
     const Vec3 middle = mass_.centre_of_mass;
     Eigen::Matrix4d normal_matrix = Eigen::Matrix4d::Zero();
@@ -244,7 +249,7 @@ class Fitter {
       if (!(distance <= corners_m)) return false;
       worst = std::max(worst, distance);
     }
-    for (const HullFace& face : faces_) {
+    for (const HullFace& face : faces()) {
       const Vec3 normal = back * face.normal;
       const double below =
           reach_along(candidate, normal) + face.normal.dot(candidate.pose.position) - face.offset_m;

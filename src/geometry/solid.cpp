@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
+#include <span>
 
 #include "core/counted.h"
+#include "core/disjoint_sets.h"
 #include "core/error.h"
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
+#include "geometry/half_edges.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_repair.h"
 #include "geometry/solid_cache.h"
@@ -50,34 +52,23 @@ struct Parts {
 };
 
 Parts parts_of(const TriangleMesh& mesh) {
-  std::vector<uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](uint32_t vertex) {
-    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
-    return vertex;
-  };
-  std::vector<std::array<uint32_t, 2>> edges;
+  DisjointSets sets;
+  sets.reset(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    parent[root(b)] = root(a);
-    parent[root(c)] = root(a);
-    for (const auto& [p, q] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
-      edges.push_back({std::min(p, q), std::max(p, q)});
-    }
+    sets.unite(a, b);
+    sets.unite(a, c);
   }
-  std::ranges::sort(edges);
   std::vector<uint8_t> is_open(mesh.vertices.size(), 0);
-  for (size_t i = 0; i < edges.size();) {
-    size_t end = i;
-    while (end < edges.size() && edges[end] == edges[i]) ++end;
-    if (end - i == 1) is_open[root(edges[i][0])] = 1;
-    i = end;
-  }
+  const HalfEdges sides(mesh.triangles, mesh.vertices.size());
+  sides.for_each_edge([&](std::span<const HalfEdge> edge) {
+    if (edge.size() == 1) is_open[sets.find(edge[0].low)] = 1;
+  });
   const double longest = mesh.bounds().sizes().maxCoeff();
   std::vector<double> volume(mesh.vertices.size(), 0), area(mesh.vertices.size(), 0);
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vec3& corner = mesh.vertices[a];
     const Vec3 twice = (mesh.vertices[b] - corner).cross(mesh.vertices[c] - corner);
-    const uint32_t part = root(a);
+    const uint32_t part = sets.find(a);
     volume[part] += twice.dot(corner - mesh.vertices[part]) / 6;
     area[part] += twice.norm() / 2;
   }
@@ -87,7 +78,7 @@ Parts parts_of(const TriangleMesh& mesh) {
   Parts parts;
   parts.closed.vertices = parts.open.vertices = mesh.vertices;
   for (const Triangle& triangle : mesh.triangles) {
-    (is_open[root(triangle[0])] ? parts.open : parts.closed).triangles.push_back(triangle);
+    (is_open[sets.find(triangle[0])] ? parts.open : parts.closed).triangles.push_back(triangle);
   }
   return parts;
 }
@@ -173,7 +164,7 @@ Solid wrap_of(const TriangleMesh& mesh, const Repair& repair,
   return solid;
 }
 
-Solid make_anew(const TriangleMesh& mesh, const SolidOptions& options) {
+Solid computed_solid(const TriangleMesh& mesh, const SolidOptions& options) {
   const std::vector<MeshDefect> defects = find_mesh_defects(mesh);
   const bool is_empty = !defects.empty() && defects.front().kind == MeshDefectKind::empty;
   if (is_empty) refuse(defects, "");
@@ -196,10 +187,10 @@ Solid make_anew(const TriangleMesh& mesh, const SolidOptions& options) {
 
 Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options,
                  const std::optional<std::filesystem::path>& cache_directory) {
-  if (!cache_directory) return make_anew(mesh, options);
+  if (!cache_directory) return computed_solid(mesh, options);
   const SolidCache cache(*cache_directory, mesh, options);
   if (std::optional<Solid> stored = cache.load()) return std::move(*stored);
-  Solid solid = make_anew(mesh, options);
+  Solid solid = computed_solid(mesh, options);
   if (solid.way == SolidWay::repaired || solid.way == SolidWay::wrapped) cache.store(solid);
   return solid;
 }
