@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <string_view>
 
 namespace pilesim {
@@ -156,20 +155,16 @@ std::optional<ExactCoordinates> ExactCoordinates::of(const std::string& name,
   ExactCoordinates exact;
   exact.text_.reserve(bytes.size());
   const char* copied = bytes.data();
-  using Key = std::array<double, 3>;
-  std::map<Key, Whole> known;
+  exact.places_.reserve(vertices.size());
   for (size_t i = 0; i < vertices.size(); ++i) {
     const Vec3& vertex = vertices[i];
-    const auto [place, is_new] = known.try_emplace({vertex.x(), vertex.y(), vertex.z()});
-    Whole& whole = place->second;
-    if (is_new) {
-      const Vec3 scaled = (vertex - bounds.center()) * (kLargestWhole / half);
-      for (size_t k = 0; k < 3; ++k) {
-        whole[k] = static_cast<int32_t>(std::lround(scaled[static_cast<int>(k)]));
-      }
-      // Another place may have these numbers.
-      while (!exact.places_.try_emplace(whole, vertex).second) ++whole[0];
+    const Vec3 scaled = (vertex - bounds.center()) * (kLargestWhole / half);
+    Whole whole{};
+    for (size_t k = 0; k < 3; ++k) {
+      whole[k] = static_cast<int32_t>(std::lround(scaled[static_cast<int>(k)]));
     }
+    // Another place may have these numbers.
+    while (exact.places_.try_emplace(whole, vertex).first->second != vertex) ++whole[0];
     // In the order of the file.
     std::array<size_t, 3> order = {0, 1, 2};
     std::ranges::sort(order, {}, [&](size_t k) { return (*words)[i][k].data(); });

@@ -73,6 +73,9 @@ class Gatherer {
  private:
   void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& transform) {
     const auto offset = static_cast<uint32_t>(mesh_.vertices.size());
+    make_room(mesh_.vertices, mesh.mNumVertices);
+    make_room(mesh_.triangles, mesh.mNumFaces);
+    make_room(mesh_.colours, mesh.mNumFaces);
     CoordinateRounding rounding(exact_ != nullptr);
     Bounds read;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
@@ -113,6 +116,14 @@ class Gatherer {
     }
   }
 
+  // At once, but not again and again for a file of many small parts.
+  template <typename T>
+  static void make_room(std::vector<T>& values, size_t more) {
+    if (values.capacity() - values.size() < more) {
+      values.reserve(values.size() + std::max(more, values.size()));
+    }
+  }
+
   Vec3 place_of(const aiVector3D& read) const {
     if (exact_ == nullptr) return {read.x, read.y, read.z};
     const Vec3* place = exact_->find(read.x, read.y, read.z);
@@ -144,8 +155,8 @@ class Gatherer {
   TriangleMesh mesh_;
 };
 
-// The files that assimp asks for: the mesh, which is in memory, and what it names (buffers,
-// materials), if they are regular files.
+// The files that assimp asks for: the mesh, which is in memory, and the files that it names
+// (buffers, materials), if they are regular ones.
 class MeshFiles : public Assimp::IOSystem {
  public:
   MeshFiles(std::string main_name, const std::string& main_bytes)
@@ -161,7 +172,7 @@ class MeshFiles : public Assimp::IOSystem {
   }
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
-  // Null where there is no such file. What is read is kept: formats ask again and again.
+  // Null where there is no such file. The bytes are kept, because formats ask again and again.
   const std::string* bytes_of(const std::string& name) const {
     if (name == main_name_) return &main_bytes_;
     const auto [place, is_new] = others_.try_emplace(name);
@@ -251,6 +262,9 @@ class Parcel {
 
 std::string pack(const TriangleMesh& mesh) {
   std::string bytes(1, kMesh);
+  constexpr size_t kHeads = 256;
+  bytes.reserve(kHeads + mesh.vertices.size() * sizeof(Vec3) +
+                mesh.triangles.size() * (sizeof(Triangle) + sizeof(Colour)));
   put(bytes, &mesh.rounding_m, 1);
   put(bytes, mesh.vertices.data(), mesh.vertices.size());
   put(bytes, mesh.triangles.data(), mesh.triangles.size());
@@ -362,7 +376,7 @@ bool has_linear_colours(const std::string& name) {
   return ending == ".glb" || ending == ".gltf";
 }
 
-// One grey for all: what programs give to things without a colour.
+// One grey for all, as programs give to things without a colour.
 bool is_plain(const std::vector<Colour>& colours) {
   return std::ranges::all_of(colours, [&](const Colour& colour) {
     return colour == colours.front() && colour[0] == colour[1] && colour[1] == colour[2];

@@ -129,6 +129,7 @@ Lengths measure_along(int axis, const Bounds& bounds, const TriangleMesh& mesh,
                       .origin = {bounds.min()[u], bounds.min()[v]},
                       .cell = Eigen::Vector2d(size[u], size[v]) / kLines};
   std::vector<ProjectedTriangle> triangles;
+  triangles.reserve(mesh.triangles.size());
   project(mesh, Owner::mesh, axis, triangles);
   for (const TriangleMesh& piece : pieces) project(piece, Owner::pieces, axis, triangles);
 

@@ -80,9 +80,9 @@ bool touches(const Polygon& polygon, const ClipPlane& plane, double tolerance) {
       polygon, [&](const Vec3& p) { return std::abs(plane.distance(p)) <= tolerance; });
 }
 
-// Appends what of `facet` lies outside of `piece` by more than `margin`. Where the facet is flush
-// with one of the piece's own, facing the same way, it stays if `keep_flush`: of two such facets
-// one has to.
+// Appends the parts of `facet` that lie outside of `piece` by more than `margin`. Where the facet
+// is flush with one of the piece's own, facing the same way, it stays if `keep_flush`: of two such
+// facets one has to.
 void subtract(const Facet& facet, const ConvexPiece& piece, double margin, bool keep_flush,
               std::vector<Facet>& outside) {
   const auto& [polygon, normal] = facet;
@@ -147,6 +147,24 @@ Vec3 triangle_point(const Corners& corners, int k) {
   return corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
 }
 
+// The greatest distance of a vertex of a triangle, m. Neighbours share it: it is asked for once.
+double greatest_at_vertices(const TriangleMesh& from, const TriangleTree& to) {
+  std::vector<uint8_t> is_used(from.vertices.size(), 0);
+  for (const Triangle& t : from.triangles) {
+    for (const uint32_t vertex : t) is_used[vertex] = 1;
+  }
+  constexpr size_t kGrain = 256;
+  std::vector<double> greatest((from.vertices.size() + kGrain - 1) / kGrain, 0);
+  parallel_for(from.vertices.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t v = begin; v < end; ++v) {
+      if (is_used[v] == 0) continue;
+      double& most = greatest[begin / kGrain];
+      most = std::max(most, to.distance(from.vertices[v]));
+    }
+  });
+  return greatest.empty() ? 0 : std::ranges::max(greatest);
+}
+
 DistanceSum distance_from(const TriangleMesh& from, const TriangleTree& to) {
   double total_area = 0;
   for (const Triangle& t : from.triangles) total_area += area(from, t);
@@ -157,7 +175,6 @@ DistanceSum distance_from(const TriangleMesh& from, const TriangleTree& to) {
     for (size_t k = begin; k < end; ++k) {
       const Triangle& t = from.triangles[k];
       const Corners corners{from.vertices[t[0]], from.vertices[t[1]], from.vertices[t[2]]};
-      for (const Vec3& corner : corners) sum.greatest = std::max(sum.greatest, to.distance(corner));
       const double triangle_area = area(from, t);
       const int samples = static_cast<int>(std::ceil(kSamples * triangle_area / total_area));
       double distances = 0;
@@ -170,7 +187,7 @@ DistanceSum distance_from(const TriangleMesh& from, const TriangleTree& to) {
       sum.area += triangle_area;
     }
   });
-  DistanceSum result;
+  DistanceSum result{.greatest = greatest_at_vertices(from, to)};
   for (const DistanceSum& sum : sums) {
     result.greatest = std::max(result.greatest, sum.greatest);
     result.area += sum.area;

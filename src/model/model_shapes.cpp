@@ -77,8 +77,8 @@ Colour mean_colour(const TriangleMesh& mesh) {
   return mean;
 }
 
-// Fills what follows from mesh and mass, and puts the origin at the centre of mass. Pieces and
-// `solid` are in the same frame as the mesh.
+// Fills the members that follow from mesh and mass, and puts the origin at the centre of mass.
+// Pieces and `solid` are in the same frame as the mesh.
 void finish(ModelShape& shape, const TriangleMesh& solid) {
   shape.smallest_extent = solid.bounds().sizes().minCoeff();
   const Vec3 centre = shape.mass.centre_of_mass;
@@ -156,6 +156,7 @@ class MeshShapeBuilder {
   // Such a mesh touches itself, yet its mass is right unless groups overlap: that is counted twice.
   void note_overlap_of_groups() {
     constexpr double kNoticed = 1e-3;  // solid_difference errs by half of it
+    if (solid_.groups.size() < 2) return;
     if (find_mesh_defects(solid_).empty()) return;
     const Decomposition groups = decompose(solid_, decomposition_options(), user_cache_directory());
     const double overlap = 1 - groups.union_volume_m3 / groups.mesh_volume_m3;
@@ -313,7 +314,7 @@ class MeshShapeBuilder {
 
   const MeshShape& source_;
   const std::string& pointer_;
-  Vec3 origin_;  // m, the frame of the mesh; what follows is measured from here
+  Vec3 origin_;  // m, the frame of the mesh; the other members are measured from here
   ModelShape shape_;
   TriangleMesh solid_;
   std::string note_;
