@@ -11,11 +11,11 @@
 namespace pilesim {
 namespace {
 
-// A line of text, so that whoever looks into the file knows what it is.
+// A line of text, so that a reader of the file recognises it.
 constexpr std::string_view kMagic = "pilesim checkpoint\n";
 // Version of the frame, the key, and the parts that RunCheckpoint also reads of runs of other
 // builds: whether it is done, its scene file and its bodies. Raise it with every change of those.
-// What a program saves for itself alone is guarded by its hash in the key.
+// The program's hash in the key guards all that a program saves for itself alone.
 constexpr uint32_t kVersion = 14;
 
 [[noreturn]] void refuse(const std::filesystem::path& file, std::string found, std::string expected,

@@ -60,7 +60,7 @@ class Team {
 
  private:
   static constexpr size_t kCacheLine = 64;
-  // A member's own part of a loop. What threads write stands on cache lines of its own.
+  // A member's own part of a loop. Each has a cache line of its own, since threads write to it.
   struct alignas(kCacheLine) Part {
     // The last loop in which somebody has taken a chunk of it in the upper half, the chunk that
     // comes next in the lower.
@@ -70,7 +70,7 @@ class Team {
   void run(size_t chunk);
 
   // Loops are numbered from 1. The number of the one under way in the upper half, its chunks in the
-  // lower; what is below is of that loop until all its chunks are done.
+  // lower; the members below belong to that loop until all its chunks are done.
   alignas(kCacheLine) std::atomic<uint64_t> under_way_ = 0;
   const std::function<void(size_t)>* chunk_ = nullptr;
   std::atomic<bool> is_over_ = false;

@@ -47,7 +47,7 @@ bool lock(int descriptor) {
 
 void remove_if_abandoned(const fs::path& path) {
   constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
-  int descriptor = open(path.c_str(), O_RDWR | kFlags);  // NFS locks what is open for writing
+  int descriptor = open(path.c_str(), O_RDWR | kFlags);  // NFS locks files open for writing
   if (descriptor < 0 && errno == EISDIR) descriptor = open(path.c_str(), O_RDONLY | kFlags);
   if (descriptor < 0) return;
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) {

@@ -9,8 +9,8 @@ namespace {
 
 using Linear = std::array<float, 3>;
 
-// The places of a row of `from` that place `index` of one of `to` covers, and what share of it each
-// makes up.
+// The places of a row of `from` that place `index` of one of `to` covers, and the share of it that
+// each makes up.
 template <typename Visit>
 void for_covered(int index, int to, int from, const Visit& visit) {
   const double low = static_cast<double>(index) * from / to;

@@ -227,7 +227,7 @@ BaseColours::Picture BaseColours::load(const std::string& name) const {
   }
   if (!may_be_decoded({reinterpret_cast<const char*>(bytes), length})) throw Unreadable{kBroken};
   const size_t count = 4 * static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height);
-  allow_isolated_memory(8 * count);  // for the decoder, too, and what is kept of it
+  allow_isolated_memory(8 * count);  // for the decoder and its result
   const std::unique_ptr<stbi_uc, FreePixels> pixels(
       stbi_load_from_memory(bytes, size, &picture.width, &picture.height, &channels, 4));
   if (pixels == nullptr) throw Unreadable{kBroken};

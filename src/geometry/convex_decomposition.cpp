@@ -135,8 +135,8 @@ void offer_more(const DecompositionOptions& options, const std::vector<double>& 
   }
 }
 
-// Fitting adds to the error what only measuring shows, so the search is told to do better until the
-// pieces are good enough or as many as may be.
+// Fitting adds an error that only measuring shows. So the search is asked for less until the pieces
+// are good enough or as many as allowed.
 Decomposition approximate(const TriangleMesh& mesh, const DecompositionOptions& options) {
   Decomposition best;
   for (const double share : {0.8, 0.6, 0.4, 0.2}) {

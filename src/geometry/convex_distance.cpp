@@ -11,8 +11,8 @@
 namespace pilesim {
 namespace {
 
-// Both in extents of the Minkowski difference: bounds that are so close are one; what is so small
-// is rounding.
+// Both in extents of the Minkowski difference: bounds that are so close are one; smaller
+// differences are rounding.
 constexpr double kConverged = 1e-12;
 constexpr double kRounding = 1e-14;
 constexpr int kMostSteps = 256;  // curved bodies stop here at the latest

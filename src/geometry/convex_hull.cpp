@@ -174,7 +174,7 @@ void triangulate(std::span<const Vec3> points, Polygon polygon, std::vector<Tria
     };
     size_t ear = 0;
     while (ear < count && !is_ear(ear)) ++ear;
-    if (ear == count) ear = 0;  // what is left has no area
+    if (ear == count) ear = 0;  // the rest has no area
     triangles.push_back(corner(ear));
     polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(ear));
   }

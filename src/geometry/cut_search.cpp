@@ -16,8 +16,8 @@ namespace {
 constexpr double kTie = 1e-9;
 constexpr int kOffsets = 11;  // planes tried along each direction
 constexpr int kOffsetsAhead = 3;
-// Where the best cut saves less of what the hull has too much, cuts are judged by what one more of
-// each side saves: of a ring, or a tube, the first cut saves nothing.
+// Where the best cut saves less of the hull's excess, cuts are judged by the savings of one more
+// cut on each side: the first cut of a ring or a tube saves nothing.
 constexpr double kFairShare = 0.35;
 constexpr size_t kReentrantEdges = 12;
 constexpr size_t kStarts = 6;        // candidates that are improved

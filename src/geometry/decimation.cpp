@@ -9,7 +9,7 @@ namespace {
 constexpr uint32_t kGone = UINT32_MAX;
 constexpr double kLeastHeight = 1e-6;  // of a triangle, in the extent
 constexpr double kLeastTurn = 0.3;     // cosine between a triangle's normals before and after
-// Rounds at growing errors, so that what is flattest goes first; the last one as often as it helps.
+// Rounds at growing errors, so that the flattest parts go first; the last one as often as it helps.
 constexpr double kShares[] = {0.03, 0.3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
 constexpr double kWorthwhile = 0.01;  // share of the vertices that a further round has to take
 
@@ -66,7 +66,7 @@ class Decimation {
   size_t round(double error_m, const std::vector<uint8_t>& keeps) {
     const double limit = error_m * error_m;
     size_t taken = 0;
-    // Neighbours of what was taken wait for the next round: else a whole flat goes to one vertex.
+    // Neighbours of removed vertices wait for the next round: else a whole flat goes to one vertex.
     std::vector<uint8_t> waits = keeps;
     waits.resize(around_.size(), 0);
     for (uint32_t v = 0; v < around_.size(); ++v) {

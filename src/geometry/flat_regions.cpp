@@ -14,7 +14,7 @@ namespace {
 
 using Loop = std::vector<uint32_t>;
 
-constexpr double kNoArea = 1e-10;  // twice the area of what counts as three points on a line
+constexpr double kNoArea = 1e-10;  // twice the area of three points that count as on a line
 constexpr double kOnLine = 1e-9;   // distance of a point from a line that goes through it
 
 // Twice the area of a triangle, > 0 if it is counter-clockwise.

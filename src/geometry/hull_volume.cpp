@@ -156,7 +156,7 @@ void HullVolume::collect_horizon(uint32_t start_face, const Vec3& eye, double ab
 }
 
 // Each vertex of the horizon has one edge that comes and one that goes. Among faces that are all
-// but in one plane rounding decides which of them are seen, and what is seen may have holes.
+// but in one plane rounding decides which of them are seen, and the seen part may have holes.
 bool HullVolume::is_one_ring() {
   for (const HorizonEdge& edge : horizon_) face_from_[edge.from] = kNone;
   bool is_ring = true;

@@ -82,7 +82,7 @@ double FacetedSolid::volume_above(const ClipPlane& plane) const {
   // Seen from a point of the plane the cap has no volume, and seen from a point of the line in
   // which a face meets the plane that side of the face has no area: neither needs to be built.
   const Vec3 origin = plane.offset * plane.normal;
-  std::vector<std::pair<Vec3, Vec3>> above;  // what of the face's edges is above
+  std::vector<std::pair<Vec3, Vec3>> above;  // the parts of the face's edges above
   double six_volumes = 0;
   for (const Face& face : faces) {
     above.clear();

@@ -20,7 +20,7 @@ struct Trim {
   double gain = 0;  // m^3 of error saved when last looked at
 };
 
-// A hull under the knife, and what is left of the part inside of it.
+// A hull that is being cut, and the rest of the part inside of it.
 struct Trimmed {
   FacetedSolid hull, part;
 

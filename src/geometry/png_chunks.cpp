@@ -29,7 +29,7 @@ void for_each_chunk(std::string_view picture, const Visit& visit) {
   }
 }
 
-// Bytes of the pixels and what tells the filter of each row; of seven interlaced passes, too.
+// Bytes of the pixels and of each row's filter, of seven interlaced passes, too.
 uint64_t pixel_bytes(std::string_view header) {
   if (header.size() < 13) return 0;
   const uint64_t width = big_endian(header, 0), height = big_endian(header, 4);
@@ -39,7 +39,8 @@ uint64_t pixel_bytes(std::string_view header) {
   return height * (row + 1) + 7 * (row + height + 1);
 }
 
-// Whether a zlib stream in pieces holds more than so many bytes. Of a broken one, what is whole.
+// Whether a zlib stream in pieces holds more than so many bytes. A broken stream counts up to its
+// fault.
 class Inflater {
  public:
   explicit Inflater(uint64_t most) : most_(most) { is_sound_ = inflateInit(&stream_) == Z_OK; }

@@ -64,7 +64,7 @@ double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 }
 
 // Does the segment go through the inside of the triangle? Decided only where it is clear: all five
-// volumes must be larger than what rounding makes of a mesh of this size.
+// volumes must be larger than the rounding in a mesh of this size.
 bool pierces(const Vec3& from, const Vec3& to, const Corners& corners, double noise) {
   const auto& [a, b, c] = corners;
   const double at_from = volume(a, b, c, from), at_to = volume(a, b, c, to);

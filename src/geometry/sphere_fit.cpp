@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kFitCells = 32;      // of the grid that spheres are fitted on, along the longest side
 constexpr int kMeasureCells = 47;  // of the grid that the error is measured on; shares no points
-constexpr double kMargin = 0.15;   // of the longest side, around the mesh: room for what protrudes
+constexpr double kMargin = 0.15;   // of the longest side, around the mesh, for balls that protrude
 
 // Points of a regular grid in and around the mesh, each standing for one cell.
 struct Samples {
@@ -65,7 +65,7 @@ class SphereFitter {
 
  private:
   // The largest balls inside the mesh about sample points, each time the one that covers most of
-  // what is not covered yet.
+  // the uncovered points.
   void place_greedily(int count) {
     const std::vector<FittedSphere> inscribed = inscribed_spheres();
     while (static_cast<int>(spheres_.size()) < count) {

@@ -96,8 +96,8 @@ class SymmetrySearch {
     moments_ = solver.eigenvalues();
   }
 
-  // How far the surface comes out from itself at most; infinite: beyond the tolerance. What a
-  // rotation takes into itself it takes onto itself: the way back need not be looked at.
+  // How far the surface comes out from itself at most; infinite: beyond the tolerance. A rotation
+  // that takes a surface into itself takes it onto itself, so one direction is enough.
   double error_of(const Mat3& turn) const {
     const double limit_m = std::nextafter(tolerance_m_, std::numeric_limits<double>::infinity());
     double most_m = 0;

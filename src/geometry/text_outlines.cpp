@@ -46,7 +46,7 @@ std::string character_name(char32_t character) {
   return text;
 }
 
-// Runs in the other process, as the reader believes what a font says.
+// Runs in the other process, because the reader trusts the numbers in a font.
 std::string draw(const std::string& text, std::string_view font) {
   const auto* data = reinterpret_cast<const unsigned char*>(font.data());
   stbtt_fontinfo info{};

@@ -216,7 +216,7 @@ class Wrapper {
     });
   }
 
-  // Blocks near the triangles, and those that the border of what is inside goes on into.
+  // Blocks near the triangles, and those into which the border of the inside goes on.
   void find_blocks() {
     const size_t count = static_cast<size_t>(blocks_[0]) * static_cast<size_t>(blocks_[1]) *
                          static_cast<size_t>(blocks_[2]);
