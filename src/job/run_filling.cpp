@@ -55,6 +55,10 @@ void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there
       body.look.transmission = run.body_substance[in_run][1];
       body.look.emission = run.body_substance[in_run][2];
     }
+    if (!run.body_pattern.empty()) {
+      body.look.pattern = static_cast<Pattern>(run.body_pattern[in_run][0]);
+      body.look.pattern_m = run.body_pattern[in_run][1];
+    }
   }
   if (!any) return;
   keep_bodies(stays, model);

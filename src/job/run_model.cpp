@@ -72,4 +72,15 @@ RunModel load_run_model(const fs::path& run, const TrajectoryHeader& header,
   return result;
 }
 
+Scene stored_scene(const TrajectoryHeader& header, const fs::path& run,
+                   std::span<const std::string> overrides) {
+  Scene scene = parse_scene(header.resolved_scene, run / "trajectory.zarr", overrides).scene;
+  const std::optional<fs::path>& sky = scene.render.light.sky_file;
+  std::error_code missing;
+  if (!sky || fs::exists(*sky, missing) || !fs::exists(run / kCheckpointFile, missing)) {
+    return scene;
+  }
+  return parse_scene(header.resolved_scene, place_of_scene(run), overrides).scene;
+}
+
 }  // namespace pilesim

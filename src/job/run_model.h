@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "model/model.h"
 #include "scene/scene_loader.h"
@@ -21,5 +23,10 @@ struct RunModel {
 // unknown, or files are missing or have changed.
 RunModel load_run_model(const std::filesystem::path& run, const TrajectoryHeader& header,
                         const std::optional<std::filesystem::path>& scene_file);
+
+// The scene that a trajectory has stored, changed by `overrides`. A picture of the sky lies beside
+// the run, or else where it lay when the run was simulated. Throws as parse_scene() does.
+Scene stored_scene(const TrajectoryHeader& header, const std::filesystem::path& run,
+                   std::span<const std::string> overrides = {});
 
 }  // namespace pilesim

@@ -66,6 +66,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     header.body_substance.push_back({static_cast<float>(look.metallic),
                                      static_cast<float>(look.transmission),
                                      static_cast<float>(look.emission)});
+    header.body_pattern.push_back(
+        {static_cast<float>(look.pattern), static_cast<float>(look.pattern_m)});
     header.body_moves.push_back(body.role == Role::fixed ? 0 : 1);
   }
   const auto is_plain = [](const std::array<float, 2>& gloss) {
@@ -78,6 +80,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     return substance == std::array<float, 3>{};
   };
   if (std::ranges::all_of(header.body_substance, is_opaque)) header.body_substance.clear();
+  const auto is_even = [](const std::array<float, 2>& pattern) { return pattern[0] == 0; };
+  if (std::ranges::all_of(header.body_pattern, is_even)) header.body_pattern.clear();
   return header;
 }
 

@@ -13,6 +13,10 @@
 namespace pilesim {
 namespace {
 
+// Values that others of the light start from.
+constexpr const char* kLightName = "/render/light/name";
+constexpr const char* kSkyFile = "/render/light/sky_file";
+
 constexpr size_t kLongestPlace = 80;  // bytes: a value may be a whole scene
 
 Error refusal(std::string place, std::string found, std::string expected, std::string remedy = "") {
@@ -113,6 +117,16 @@ void apply_override(const Override& change, Json& document) {
     reached += '/' + escape_pointer_token(token);
   }
   *place = change.value;
+  if (change.pointer == kLightName) {
+    document["render"]["light"] = {{"name", change.value}};
+  } else if (change.pointer == kSkyFile) {
+    document["render"]["light"].erase("sun");
+  }
+}
+
+bool stands_for_others(const std::string& text) {
+  return text.starts_with(std::string(kLightName) + '=') ||
+         text.starts_with(std::string(kSkyFile) + '=');
 }
 
 void check_is_named(const Override& change, const Json& document, const Json& changed) {

@@ -21,8 +21,12 @@ struct Override {
 Override parse_override(const std::string& text);
 
 // Sets the value. Objects on the way are made where missing; array entries must be there, else
-// throws Error(input).
+// throws Error(input). A light that is named starts from that light, and a sky from a file without
+// a sun, whatever keys a run has stored.
 void apply_override(const Override& change, Json& document);
+
+// Whether the values of other overrides, written as `text` is, come after it.
+bool stands_for_others(const std::string& text);
 
 // Throws Error(input), with the names there are, where `change` sets something of a material, shape
 // or variable that `document`, which is an object, does not have, and that nothing in it names once

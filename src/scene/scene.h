@@ -18,6 +18,9 @@
 
 namespace pilesim {
 
+// What varies over a surface (shaders/pattern.glsl). The numbers are those of files and shaders.
+enum class Pattern : uint8_t { none, checker, concrete, planks };
+
 // How a surface looks in pictures (scene/looks.h has some by name).
 struct Look {
   std::optional<Colour> colour;  // none: the mesh file's, or from the palette
@@ -28,6 +31,9 @@ struct Look {
   // has crossed the body where it is widest has the colour.
   double transmission = 0;
   double emission = 0;  // >= 0: light that it sends, times its colour; 1: as bright as white
+  Pattern pattern = Pattern::none;
+  // m, > 0: edge of a square of a checker, width of a plank, side of a slab of concrete.
+  double pattern_m = 0.25;
 
   bool operator==(const Look&) const = default;
 };
@@ -547,6 +553,10 @@ struct Light {
   Colour sky_colour = {255, 255, 255};                     // times the sky's light
   // Backdrop at the horizon and above; none: the usual, of pale blue.
   std::optional<Colour> horizon_colour, zenith_colour;
+  // Absolute: a picture of all directions whose light the sky's is, times `sky` and `sky_colour`.
+  // Its middle column is in the direction of z at a turn of 0, and turns from there towards x.
+  std::optional<std::filesystem::path> sky_file;
+  double sky_turn = 0;
 
   bool operator==(const Light&) const = default;
 };

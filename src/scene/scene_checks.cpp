@@ -678,6 +678,10 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
     const auto* volume = std::get_if<VolumeSource>(&scene.emitters[i].source);
     if (volume != nullptr) check_file(volume->file, kMesh, place / "file", log);
   }
+  if (const auto& sky = scene.render.light.sky_file) {
+    const Path render = root / "render", light = render / "light";
+    check_file(*sky, "a picture of the sky", light / "sky_file", log);
+  }
   if (scene.guide && scene.guide->file) {
     const Path place = root / "guide";
     check_file(*scene.guide->file, kMesh, place / "file", log);

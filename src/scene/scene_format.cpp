@@ -113,6 +113,14 @@ Fields<Material> look_fields() {
       newer(field<M>("emission", of_look(&Look::emission), number(between(0, kMostEmission)),
                      "Light that the surface sends, in its colour: 1 is as bright as a white "
                      "surface in the usual light.")),
+      newer(field<M>("pattern", of_look(&Look::pattern),
+                     enumeration<Pattern>({{"none", Pattern::none},
+                                           {"checker", Pattern::checker},
+                                           {"concrete", Pattern::concrete},
+                                           {"planks", Pattern::planks}}),
+                     "Pattern in the surface's colour, by place on the body.")),
+      newer(field<M>("pattern_m", of_look(&Look::pattern_m), number(between(1e-4, 1e4)),
+                     "Length of the pattern, m: a square's edge, a plank's width, a slab's side.")),
   };
 }
 
@@ -171,28 +179,41 @@ Codec<Light> light_codec() {
   using L = Light;
   return object<L>(
       {.noun = "the light",
-       .fields = {
-           by_name<L>(
-               "name", [](auto& light) -> auto& { return light; }, enumeration<L>(named_lights()),
-               "Light by name. Keys below change parts of it. Default: studio."),
-           field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
-                    "Direction of the sun: 0 is towards z, 90 towards x."),
-           field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
-                    "Height of the sun, degrees."),
-           field<L>("sun", &L::sun, number(between(0, 10)),
-                    "Brightness of the sun, times the usual; 0: no shadows."),
-           field<L>("sky", &L::sky, number(between(0, 10)),
-                    "Brightness of the sky, times the usual."),
-           field<L>("sun_colour", &L::sun_colour, colour(),
-                    "Colour that multiplies the sun's light, which is a little warm."),
-           newer(field<L>("sky_colour", &L::sky_colour, colour(),
-                          "Colour that multiplies the sky's light.")),
-           optional_field<L>("horizon_colour", &L::horizon_colour, colour(),
-                             "Colour behind everything at the horizon, at a sky of "
-                             "1. Default: almost white."),
-           optional_field<L>("zenith_colour", &L::zenith_colour, colour(),
-                             "Colour behind everything above, at a sky of 1. "
-                             "Default: pale blue."),
+       .fields =
+           {
+               by_name<L>(
+                   "name", [](auto& light) -> auto& { return light; },
+                   enumeration<L>(named_lights()),
+                   "Light by name. Keys below change parts of it. Default: studio."),
+               field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
+                        "Direction of the sun: 0 is towards z, 90 towards x."),
+               field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
+                        "Height of the sun, degrees."),
+               field<L>("sun", &L::sun, number(between(0, 10)),
+                        "Brightness of the sun, times the usual; 0: no shadows."),
+               field<L>("sky", &L::sky, number(between(0, 10)),
+                        "Brightness of the sky, times the usual."),
+               field<L>("sun_colour", &L::sun_colour, colour(),
+                        "Colour that multiplies the sun's light, which is a little warm."),
+               newer(field<L>("sky_colour", &L::sky_colour, colour(),
+                              "Colour that multiplies the sky's light.")),
+               optional_field<L>("horizon_colour", &L::horizon_colour, colour(),
+                                 "Colour behind everything at the horizon, at a sky of "
+                                 "1. Default: almost white."),
+               optional_field<L>("zenith_colour", &L::zenith_colour, colour(),
+                                 "Colour behind everything above, at a sky of 1. "
+                                 "Default: pale blue."),
+               optional_field<L>(
+                   "sky_file", &L::sky_file, file_path(),
+                   "Picture of the sky in all directions, .hdr or .exr, twice as wide "
+                   "as high. Its light is the sky's, and the sun is 0 unless it is "
+                   "given."),
+               newer(field<L>("sky_turn_deg", &L::sky_turn, angle_deg(between(-3600, 3600)),
+                              "Turn of that picture. At 0 its middle is towards z; to 90 it turns "
+                              "towards x.")),
+           },
+       .finish = [](const Json& json, const Path&, L& light, ReadContext&) {
+         if (light.sky_file && !json.contains("sun")) light.sun = 0;
        }});
 }
 

@@ -13,6 +13,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/hash.h"
 #include "json/json_text.h"
 #include "scene/overrides.h"
 #include "scene/scene_checks.h"
@@ -201,7 +202,9 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
   };
   Json changed = document;
   std::vector<Override> changes;
-  for (const std::string& argument : overrides) {
+  std::vector<std::string> ordered(overrides.begin(), overrides.end());
+  std::ranges::stable_partition(ordered, stands_for_others);
+  for (const std::string& argument : ordered) {
     try {
       const Override change = parse_override(argument);
       if (is_at_or_below(change.pointer, "/include")) {
@@ -297,7 +300,11 @@ LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::s
 }
 
 std::string settings_text(const RenderSettings& settings) {
-  return to_text(scene_codec().write(Scene{.render = settings}).at("render"));
+  std::string text = to_text(scene_codec().write(Scene{.render = settings}).at("render"));
+  std::error_code missing;
+  const auto& sky = settings.light.sky_file;
+  if (sky && std::filesystem::exists(*sky, missing)) text += content_hash(read_file(*sky));
+  return text;
 }
 
 std::string scene_schema() {

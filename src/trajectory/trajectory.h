@@ -12,6 +12,7 @@
 //   body_painted (body)           u1  1: drawn in the colours of its shape; if any is
 //   body_gloss   (body, 2)        f4  roughness and clear coat; if any differs from the default
 //   body_substance (body, 3)      f4  metallic, transmission, emission; if any is not 0
+//   body_pattern (body, 2)        f4  number of its pattern, and its length, m; if any has one
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
 //   shapes/<i>/vertices  (V, 3)   f4  m, body frame
 //   shapes/<i>/triangles (T, 3)   u4
@@ -73,6 +74,8 @@ struct TrajectoryHeader {
   std::vector<std::array<float, 2>> body_gloss;
   // (B) metallic and transmission, [0, 1], and emission, >= 0; empty: all are 0.
   std::vector<std::array<float, 3>> body_substance;
+  // (B) Pattern of scene.h, and its length, m, > 0; empty: none has one.
+  std::vector<std::array<float, 2>> body_pattern;
   std::vector<uint8_t> body_moves;  // (B) 1: dynamic or kinematic, 0: fixed
 
   size_t body_count() const { return body_shape.size(); }

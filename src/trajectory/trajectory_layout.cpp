@@ -23,6 +23,7 @@ ZarrLayout body_colour() { return {"|u1", {3}}; }
 ZarrLayout body_painted() { return {"|u1", {}}; }
 ZarrLayout body_gloss() { return {"<f4", {2}}; }
 ZarrLayout body_substance() { return {"<f4", {3}}; }
+ZarrLayout body_pattern() { return {"<f4", {2}}; }
 ZarrLayout body_moves() { return {"|u1", {}}; }
 ZarrLayout vertices() { return {"<f4", {3}}; }
 ZarrLayout triangles() { return {"<u4", {3}}; }

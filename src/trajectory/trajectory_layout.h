@@ -24,6 +24,7 @@ ZarrLayout body_colour();
 ZarrLayout body_painted();
 ZarrLayout body_gloss();
 ZarrLayout body_substance();
+ZarrLayout body_pattern();
 ZarrLayout body_moves();
 ZarrLayout vertices();
 ZarrLayout triangles();

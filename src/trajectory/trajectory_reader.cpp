@@ -101,6 +101,16 @@ void check_substance(const fs::path& array, const std::vector<std::array<float, 
   }
 }
 
+void check_pattern(const fs::path& array, const std::vector<std::array<float, 2>>& rows) {
+  for (const auto& [pattern, length_m] : rows) {
+    if (pattern != 0 && pattern != 1 && pattern != 2 && pattern != 3) {
+      reject(array, "holds the pattern " + std::to_string(pattern), "0, 1, 2 or 3");
+    }
+    if (length_m > 0 && std::isfinite(length_m)) continue;
+    reject(array, "holds a length of " + std::to_string(length_m), "a number above 0");
+  }
+}
+
 using Textures = std::vector<std::shared_ptr<const Texture>>;
 
 Textures read_textures(const fs::path& store, const ordered_json& attributes) {
@@ -230,6 +240,10 @@ TrajectoryHeader read_header(const fs::path& store) {
   if (fs::exists(store / "body_substance")) {
     per_body("body_substance", layout::body_substance(), header.body_substance);
     check_substance(store / "body_substance", header.body_substance);
+  }
+  if (fs::exists(store / "body_pattern")) {
+    per_body("body_pattern", layout::body_pattern(), header.body_pattern);
+    check_pattern(store / "body_pattern", header.body_pattern);
   }
   per_body("body_moves", layout::body_moves(), header.body_moves);
   check_indices(store / "body_shape", header.body_shape, header.shapes.size(), "shapes");

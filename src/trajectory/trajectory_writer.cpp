@@ -117,6 +117,11 @@ void write_header(const fs::path& store, const TrajectoryHeader& header, const T
                       {"body", "share"},
                       "metallic and transmission, 0 to 1, and emission, at least 0");
   }
+  if (!header.body_pattern.empty()) {
+    write_whole_array(store / "body_pattern", layout::body_pattern(), header.body_pattern,
+                      {"body", "value"},
+                      "pattern, 0: none, 1: checker, 2: concrete, 3: planks; its length, m");
+  }
   write_whole_array(store / "body_moves", layout::body_moves(), header.body_moves, {"body"},
                     "1: dynamic or kinematic, 0: fixed");
   create_zarr_group(store / "shapes");
@@ -165,6 +170,7 @@ void check(const TrajectoryHeader& header) {
          header.body_colour.size() == bodies && header.body_painted.size() <= bodies &&
          (header.body_gloss.empty() || header.body_gloss.size() == bodies) &&
          (header.body_substance.empty() || header.body_substance.size() == bodies) &&
+         (header.body_pattern.empty() || header.body_pattern.size() == bodies) &&
          header.body_moves.size() == bodies);
   assert(std::all_of(header.body_shape.begin(), header.body_shape.end(),
                      [&](uint32_t shape) { return shape < header.shapes.size(); }));

@@ -46,7 +46,8 @@ TEST(Looks, TheResolvedSceneSaysWhatTheyStandFor) {
 TEST(Looks, NamesThatDoNotExistAreRefusedWithTheList) {
   const std::string expected =
       "expected one of \"steel\", \"brass\", \"gold\", \"copper\", \"glass\", \"clear_plastic\", "
-      "\"porcelain\", \"rubber\", \"oak\", \"slate\", \"paper\", \"glow\"";
+      "\"porcelain\", \"rubber\", \"oak\", \"slate\", \"paper\", \"glow\", \"concrete\", "
+      "\"wood\", \"dark\", \"checker\"";
   EXPECT_THAT(problems_of(R"({"version": 1, "materials": {"m": {"look": "golf"}}})"),
               ElementsAre("s.json:1:44: /materials/m/look: is \"golf\"; " + expected +
                           ". Did you mean \"gold\"?"));
@@ -65,7 +66,39 @@ TEST(NamedLights, StandForAllKeysAndAreChangedByOthers) {
   }
   EXPECT_THAT(problems_of(R"({"version": 1, "render": {"light": {"name": "dusk"}}})"),
               ElementsAre("s.json:1:45: /render/light/name: is \"dusk\"; expected one of "
-                          "\"studio\", \"noon\", \"evening\", \"overcast\""));
+                          "\"studio\", \"noon\", \"evening\", \"dark\", \"overcast\""));
+}
+
+Light light_with(const std::string& text, const std::vector<std::string>& overrides) {
+  return parse_scene(text, "/tmp/s.json", overrides).scene.render.light;
+}
+
+// As pilesim render does with the scene that a run has stored.
+TEST(NamedLights, StartAgainFromThatLightWhereTheyAreSet) {
+  const std::string stored =
+      parse(R"({"version": 1, "render": {"light": {"name": "evening", "sun": 4}}})").resolved;
+  for (const auto& [name, light] : named_lights()) {
+    const std::string set = "/render/light/name=" + name;
+    Light expected = light;
+    EXPECT_EQ(light_with(stored, {set}), expected) << name;
+    expected.sun = 2;
+    EXPECT_EQ(light_with(stored, {set, "/render/light/sun=2"}), expected) << name;
+    EXPECT_EQ(light_with(stored, {"/render/light/sun=2", set}), expected) << name;
+  }
+}
+
+TEST(SkyFile, IsInPlaceOfTheSunUnlessThatIsGiven) {
+  const auto light = [](const std::string& keys) {
+    return parse(R"({"version": 1, "render": {"light": {)" + keys + "}}}").scene.render.light;
+  };
+  EXPECT_EQ(light(R"("sky_file": "a.hdr")").sun, 0);
+  EXPECT_EQ(light(R"("name": "noon", "sky_file": "a.hdr", "sky_turn_deg": 90)").sky_turn,
+            radians(90));
+  EXPECT_EQ(light(R"("sun": 0.5, "sky_file": "a.hdr")").sun, 0.5);
+  const LoadedScene stored = parse(R"({"version": 1, "render": {"light": {"sun": 3}}})");
+  EXPECT_EQ(light_with(stored.resolved, {"/render/light/sky_file=a.hdr"}).sun, 0);
+  EXPECT_EQ(light_with(stored.resolved, {"/render/light/sky_file=a.hdr"}).sky_file, "/tmp/a.hdr");
+  EXPECT_EQ(parse(R"({"version": 1})").resolved.find("sky_turn"), std::string::npos);
 }
 
 }  // namespace

@@ -96,6 +96,21 @@ TEST_F(TrajectoryStore, GivesBackSubstances) {
   }
 }
 
+TEST_F(TrajectoryStore, GivesBackPatterns) {
+  TrajectoryHeader header = make_header(3);
+  header.body_pattern = {{1, 0.5f}, {0, 0.25f}, {3, 2}};
+  { const TrajectoryWriter writer(store_, header); }
+  EXPECT_EQ(TrajectoryReader(store_).header().body_pattern, header.body_pattern);
+  for (const std::array<float, 2> row :
+       {std::array{4.0f, 1.0f}, std::array{0.5f, 1.0f}, std::array{1.0f, 0.0f}}) {
+    fs::remove_all(store_);
+    TrajectoryHeader wrong = header;
+    wrong.body_pattern[1] = row;
+    { const TrajectoryWriter writer(store_, wrong); }
+    EXPECT_THROW(TrajectoryReader{store_}, Error) << row[0] << ", " << row[1];
+  }
+}
+
 std::shared_ptr<const Texture> plain_texture(int width, int height, uint8_t grey) {
   const auto count = static_cast<size_t>(width) * static_cast<size_t>(height);
   return std::make_shared<const Texture>(Texture{
