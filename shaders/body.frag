@@ -22,44 +22,27 @@ vec3 shown() {
   return sum / 4.0;
 }
 #endif
-#ifdef CLEAR
-in vec3 to_eye;
-flat in float layer;
-uniform int samples;  // of a pixel
-
-// A clear body covers some samples only, more of them the darker its colour is and towards its
-// outline, and in other places than those behind it.
-int covered_samples() {
-  float edge = 1.0 - abs(dot(normalize(world_normal), normalize(to_eye)));
-  float taken = 1.0 - min(material.r, min(material.g, material.b));
-  // Mostly in quarters: then all pixels have as many of the driver's four samples.
-  float quarters = 4.0 * mix(0.25 + 0.5 * taken, 1.0, edge * edge * edge);
-  float share = (floor(quarters) + smoothstep(0.3, 0.7, fract(quarters))) / 4.0;
-  float first = fract(layer + dot(floor(gl_FragCoord.xy), vec2(0.7548776662, 0.5698402910)));
-  int mask = 0;
-  for (int i = 0; i < samples; ++i) {
-    float at = fract(first + float((i & 1) * 2 + (i >> 1 & 1)) / 4.0);
-    if (at < share) mask |= 1 << i;
-  }
-  return mask;
-}
+#ifdef PATTERNED
+in vec3 on_body;       // m, body frame
+in vec3 local_normal;  // body frame
+flat in vec2 pattern;  // number and length
 #endif
 layout(location = 0) out vec2 normal_out;
 layout(location = 1) out vec4 material_out;
 
 void main() {
-#ifdef CLEAR
-  gl_SampleMask[0] = -1;
-  if (is_clear(material.a)) {
-    gl_SampleMask[0] = covered_samples();
-    if (gl_SampleMask[0] == 0) discard;
-  }
-#endif
   // The inside of an open mesh is lit like its outside.
   normal_out = encode_normal(gl_FrontFacing ? world_normal : -world_normal);
   material_out = material;
 #ifdef TEXTURED
   vec3 own = shown();
   if (is_painted(material.a)) material_out = vec4(sqrt(own), without_paint(material.a));
+#endif
+#ifdef PATTERNED
+  vec3 across = dFdx(on_body), up = dFdy(on_body);
+  if (pattern.x > 0.5) {
+    vec3 width = sqrt(across * across + up * up);
+    material_out.rgb *= sqrt(pattern_factor(pattern.x, pattern.y, on_body, local_normal, width));
+  }
 #endif
 }

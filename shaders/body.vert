@@ -13,10 +13,11 @@ uniform mat4 clip_from_world;
 
 out vec3 world_normal;
 flat out vec4 material;
-#ifdef CLEAR
-uniform vec3 eye;
-out vec3 to_eye;        // m, world
-flat out float layer;   // [0, 1), another one for each body
+#ifdef PATTERNED
+layout(location = 7) in vec2 instance_pattern;  // number and length
+out vec3 on_body;
+out vec3 local_normal;
+flat out vec2 pattern;
 #endif
 
 vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
@@ -30,9 +31,10 @@ void main() {
   if (is_painted(material.a)) material = vec4(vertex_paint.rgb, without_paint(material.a));
 #endif
   vec3 position = instance_position + rotate(instance_orientation, vertex_position);
-#ifdef CLEAR
-  to_eye = eye - position;
-  layer = fract(dot(instance_orientation, vec4(37.1, 91.7, 53.3, 71.9)) + 0.618034 * float(gl_InstanceID));
+#ifdef PATTERNED
+  on_body = vertex_position;
+  local_normal = vertex_normal;
+  pattern = instance_pattern;
 #endif
   gl_Position = clip_from_world * vec4(position, 1.0);
 }

@@ -1,20 +1,11 @@
-// Lights what is seen, sample by sample, and makes a picture of it: tone curve, vignette, sRGB.
+// Lights what is seen, sample by sample, and makes a picture of it; where clear bodies come over it,
+// only the light that a screen shows, rows as OpenGL has them.
 uniform sampler2D key_light;  // visible share, nearness
 uniform sampler2D occlusion;  // half size: visible share, nearness
 uniform int samples;
 uniform float exposure;       // times the light
 
 out vec4 display;
-
-vec3 srgb(vec3 linear) {
-  vec3 low = 12.92 * linear;
-  vec3 high = 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055;
-  return mix(high, low, lessThanEqual(linear, vec3(0.0031308)));
-}
-
-float noise(vec2 pixel) {
-  return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
-}
 
 // A share that was found for few points of the picture, at those around a pixel.
 struct Shares {
@@ -59,9 +50,12 @@ float key_share(ivec2 pixel, ivec2 last, float near) {
 }
 
 void main() {
-  // Rows of the image run from top to bottom, OpenGL's from bottom to top.
   ivec2 last = image_size() - 1;
-  ivec2 pixel = ivec2(int(gl_FragCoord.x), last.y - int(gl_FragCoord.y));
+#ifdef BELOW_CLEAR
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+#else
+  ivec2 pixel = pixel_shown(last);
+#endif
   Shares open = open_shares(pixel);
   vec3 ray = world_from_image * vec3(vec2(pixel) + 0.5, 1.0);
   float ray_length = length(ray);
@@ -88,8 +82,9 @@ void main() {
                                            key_share(pixel, last, near), share_at(open, near)));
   }
   vec3 colour = sum / float(count);
-  vec2 from_centre = (vec2(pixel) + 0.5) / vec2(last + 1) - 0.5;
-  colour *= 1.0 - 0.35 * dot(from_centre, from_centre);
-  // Half a step of noise keeps smooth gradients from banding in 8 bits.
-  display = vec4(srgb(colour) + (noise(gl_FragCoord.xy) - 0.5) / 255.0, 1.0);
+#ifdef BELOW_CLEAR
+  display = vec4(colour, 1.0);
+#else
+  display = displayed(colour, pixel, last);
+#endif
 }

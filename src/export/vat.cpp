@@ -19,7 +19,7 @@
 #include "core/body_flags.h"
 #include "core/error.h"
 #include "export/export_text.h"
-#include "render/dataset/exr.h"
+#include "render/exr.h"
 
 namespace pilesim {
 namespace {

@@ -78,9 +78,10 @@ uint32_t choose_level(const RenderMesh& mesh, float tolerance_m) {
   return level;
 }
 
-void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vector<Entry>& entries,
-               const auto& footprint_of, DrawList& list) {
-  std::sort(entries.begin(), entries.end());
+// In the order of the entries. `one_by_one`: each is a batch of its own.
+void fill_list(const RenderScene& scene, const TrajectoryFrame& frame,
+               const std::vector<Entry>& entries, bool one_by_one, const auto& footprint_of,
+               DrawList& list) {
   list.instances.clear();
   list.footprints.clear();
   list.batches.clear();
@@ -88,7 +89,7 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
   for (const Entry& entry : entries) {
     const uint32_t shape = entry.batch / kLevelsPerShape;
     const uint32_t level = entry.batch % kLevelsPerShape;
-    if (list.batches.empty() || list.batches.back().shape != shape ||
+    if (one_by_one || list.batches.empty() || list.batches.back().shape != shape ||
         list.batches.back().level != level) {
       list.batches.push_back({shape, level, static_cast<uint32_t>(list.instances.size()), 0});
     }
@@ -96,8 +97,10 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
     list.triangle_count += scene.meshes[shape].levels[level].index_count / 3;
     const Quatf& q = frame.orientation[entry.body];
     const Vec3f place = scene.place(frame, entry.body);
-    list.instances.push_back(
-        {place, {q.x(), q.y(), q.z(), q.w()}, scene.material_of(frame, entry.body)});
+    list.instances.push_back({place,
+                              {q.x(), q.y(), q.z(), q.w()},
+                              scene.material_of(frame, entry.body),
+                              scene.pattern_of(frame, entry.body)});
     list.footprints.push_back(footprint_of(place, scene.radius(entry.body)));
   }
 }
@@ -197,6 +200,15 @@ class ShadowReach {
 
 }  // namespace
 
+uint8_t surface_kind(const TrajectoryHeader& header, size_t body) {
+  if (header.shapes[header.body_shape[body]].is_plane) return kGround;
+  const bool is_painted = body < header.body_painted.size() && header.body_painted[body] != 0;
+  if (const std::optional<uint8_t> special = special_code(header, body)) {
+    return static_cast<uint8_t>((is_painted ? kSpecialPainted : kSpecialOwn) + *special);
+  }
+  return static_cast<uint8_t>((is_painted ? kPainted : kOwn) + gloss_code(header, body));
+}
+
 RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshUse use)
     : shape(header.body_shape), moves(header.body_moves), colours(told) {
   meshes.reserve(header.shapes.size());
@@ -217,16 +229,10 @@ RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshU
   }
   material.reserve(header.body_count());
   for (size_t body = 0; body < shape.size(); ++body) {
-    const bool is_painted = body < header.body_painted.size() && header.body_painted[body] != 0;
-    const uint8_t first = is_painted ? kPainted : kOwn;
-    auto kind = static_cast<uint8_t>(first + gloss_code(header, body));
-    if (const std::optional<uint8_t> special = special_code(header, body)) {
-      kind = static_cast<uint8_t>((is_painted ? kSpecialPainted : kSpecialOwn) + *special);
-    }
-    if (is_plane[shape[body]] != 0) kind = kGround;
-    material.push_back(pack_material(header.body_colour[body], kind));
+    material.push_back(pack_material(header.body_colour[body], surface_kind(header, body)));
     has_clear |= is_clear(material.back());
   }
+  pattern = header.body_pattern;
   std::vector<float> radii;
   for (size_t body = 0; body < shape.size(); ++body) {
     if (moves[body] != 0 && is_plane[shape[body]] == 0) radii.push_back(radius(body));
@@ -269,13 +275,21 @@ PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t bod
   return material[body];
 }
 
+PatternCode RenderScene::pattern_of(const TrajectoryFrame& frame, size_t body) const {
+  if (pattern.empty() || material_of(frame, body) != material[body]) return {0, 1};
+  return pattern[body];
+}
+
 bool is_painted(const PackedMaterial& material) {
   const uint8_t kind = material[3];
   return (kind >= kPainted && kind < kOwn) || (kind >= kSpecialPainted && kind < kSpecialOwn - 1);
 }
 
-void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
-                         float width, float height, float pixel_error, DrawList& list) {
+namespace {
+
+// Bodies in view that are clear, or those that are not.
+std::vector<Entry> entries_in_view(const RenderScene& scene, const TrajectoryFrame& frame,
+                                   const View& view, float height, float pixel_error, bool clear) {
   const float metres_per_pixel_at_1m = 2 * view.tan_half_height / height;
   std::vector<Entry> entries;
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
@@ -283,17 +297,41 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
     const float radius = scene.radius(body);
     const Vec3f position = scene.place(frame, body);
     if (!view.sees_sphere(position, radius)) continue;
+    if (scene.has_clear && is_clear(scene.material_of(frame, body)) != clear) continue;
     const float depth = std::max(view.depth_of(position) - radius, view.near_m);
     const uint32_t level =
         choose_level(scene.meshes[scene.shape[body]], pixel_error * metres_per_pixel_at_1m * depth);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, depth, body});
   }
-  fill_list(
-      scene, frame, entries,
-      [&](const Vec3f& centre, float radius) {
-        return footprint(view, width, height, centre, radius);
-      },
-      list);
+  return entries;
+}
+
+void fill_seen(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+               std::array<float, 2> size, const std::vector<Entry>& entries, bool one_by_one,
+               DrawList& list) {
+  const auto footprint_of = [&](const Vec3f& centre, float radius) {
+    return footprint(view, size[0], size[1], centre, radius);
+  };
+  fill_list(scene, frame, entries, one_by_one, footprint_of, list);
+}
+
+}  // namespace
+
+void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                         float width, float height, float pixel_error, DrawList& list) {
+  std::vector<Entry> entries = entries_in_view(scene, frame, view, height, pixel_error, false);
+  std::sort(entries.begin(), entries.end());
+  fill_seen(scene, frame, view, {width, height}, entries, false, list);
+}
+
+void list_clear_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                       float width, float height, float pixel_error, DrawList& list) {
+  std::vector<Entry> entries = entries_in_view(scene, frame, view, height, pixel_error, true);
+  // By what is nearest of each: a jar comes after what is in it.
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::tie(b.depth, a.body) < std::tie(a.depth, b.body);
+  });
+  fill_seen(scene, frame, view, {width, height}, entries, true, list);
 }
 
 LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
@@ -367,8 +405,9 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
     const uint32_t level = choose_level(scene.meshes[scene.shape[body]], texel);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, at.z(), body});
   }
+  std::sort(entries.begin(), entries.end());
   fill_list(
-      scene, frame, entries,
+      scene, frame, entries, false,
       [&](const Vec3f& centre, float radius) {
         return footprint(light, resolution, centre, radius);
       },

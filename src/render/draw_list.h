@@ -7,6 +7,7 @@
 
 #include "core/types.h"
 #include "render/body_colours.h"
+#include "render/pattern.h"
 #include "render/render_mesh.h"
 #include "render/view.h"
 #include "trajectory/trajectory.h"
@@ -21,13 +22,17 @@ inline Vec3f albedo_of(const PackedMaterial& packed) {
 // That the paint of a mesh's vertices holds, not the material's own colour.
 bool is_painted(const PackedMaterial& material);
 
+// The kind of a body's surface as surface.glsl has it.
+uint8_t surface_kind(const TrajectoryHeader& header, size_t body);
+
 // The input of a vertex shader for each body (body.vert).
 struct Instance {
   Vec3f position;                    // m, world
   std::array<float, 4> orientation;  // x y z w
   PackedMaterial material;
+  PatternCode pattern;
 };
-static_assert(sizeof(Instance) == 32);
+static_assert(sizeof(Instance) == 40);
 
 // Instances of one level of one shape that lie one after another.
 struct DrawBatch {
@@ -62,6 +67,7 @@ struct RenderScene {
   std::vector<uint8_t> is_plane;         // (shape)
   std::vector<uint32_t> shape;           // (body)
   std::vector<PackedMaterial> material;  // (body)
+  std::vector<PatternCode> pattern;      // (body) or none where no body has one
   std::vector<uint8_t> moves;            // (body)
   bool has_clear = false;                // some body lets light through
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
@@ -72,8 +78,14 @@ struct RenderScene {
   explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own,
                        MeshUse use = MeshUse::pictures);
   PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
+  // Where colours mean something, there is none.
+  PatternCode pattern_of(const TrajectoryFrame& frame, size_t body) const;
   // m, from the origin. For a plane that is far from it, the nearest point of the plane.
   Vec3f place(const TrajectoryFrame& frame, size_t body) const;
+  // m, from the origin: that of the body's frame, of a plane also.
+  Vec3f anchor(const TrajectoryFrame& frame, size_t body) const {
+    return (frame.position[body] - origin).cast<float>();
+  }
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.
   bool drawn(const TrajectoryFrame& frame, size_t body) const {
@@ -81,10 +93,14 @@ struct RenderScene {
   }
 };
 
-// Bodies in view, each at the coarsest level whose error is below `pixel_error` pixels of a picture
-// of `width` x `height` pixels; from front to back within a batch.
+// Opaque bodies in view, each at the coarsest level whose error is below `pixel_error` pixels of a
+// picture of `width` x `height` pixels; from front to back within a batch.
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
                          float width, float height, float pixel_error, DrawList& list);
+
+// The clear ones, from back to front, each as a batch of its own.
+void list_clear_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                       float width, float height, float pixel_error, DrawList& list);
 
 // The box along the light that holds what is seen and casts shadows: the same for the same frame
 // and view, and moving in whole texels of a map of `resolution` so that edges do not crawl.

@@ -25,7 +25,7 @@ Lighting make_lighting(const Light& light) {
   const double across = std::cos(light.elevation);
   const auto sky = static_cast<float>(light.sky);
   const Vec3f sky_colour = linear(light.sky_colour);
-  return {
+  Lighting result{
       .to_sun = Vec3(across * std::sin(light.azimuth), std::sin(light.elevation),
                      across * std::cos(light.azimuth))
                     .cast<float>(),
@@ -34,7 +34,13 @@ Lighting make_lighting(const Light& light) {
       .bounce = (sky * kBounceRadiance).cwiseProduct(sky_colour),
       .horizon = light.horizon_colour ? linear(*light.horizon_colour) : kHorizon,
       .zenith = light.zenith_colour ? linear(*light.zenith_colour) : kZenith,
-      .backdrop = sky};
+      .backdrop = sky,
+      .map = nullptr};
+  if (!light.sky_file) return result;
+  result.map = std::make_shared<const SkyMap>(read_sky(*light.sky_file), light.sky_turn,
+                                              Vec3f(sky * sky_colour));
+  result.backdrop = 1;
+  return result;
 }
 
 float exposure_factor(double stops) { return static_cast<float>(std::exp2(stops)); }

@@ -44,9 +44,10 @@ MeshBuffers::MeshBuffers(std::span<const RenderMesh> meshes) {
                         offset(offsetof(RenderVertex, paint)));
   glVertexAttribPointer(6, 2, GL_FLOAT, GL_FALSE, sizeof(RenderVertex),
                         offset(offsetof(RenderVertex, uv)));
-  for (GLuint attribute = 0; attribute < 7; ++attribute) {
+  for (GLuint attribute = 0; attribute < 8; ++attribute) {
     glEnableVertexAttribArray(attribute);
-    if (attribute >= 2 && attribute < 5) glVertexAttribDivisor(attribute, 1);
+    const bool is_of_mesh = attribute < 2 || attribute == 5 || attribute == 6;
+    if (!is_of_mesh) glVertexAttribDivisor(attribute, 1);
   }
 }
 
@@ -80,6 +81,8 @@ void MeshBuffers::bind_instances(const DrawBatch& batch) const {
                         offset(base + offsetof(Instance, orientation)));
   glVertexAttribPointer(4, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Instance),
                         offset(base + offsetof(Instance, material)));
+  glVertexAttribPointer(7, 2, GL_FLOAT, GL_FALSE, sizeof(Instance),
+                        offset(base + offsetof(Instance, pattern)));
   if (meshes_[batch.shape].closed) {
     glEnable(GL_CULL_FACE);
   } else {
@@ -112,6 +115,15 @@ void MeshBuffers::draw_all() {
   for_each_batch([&](const DrawBatch& batch, const MeshLevel& level) {
     draw_run(batch, level.first_index, level.index_count);
   });
+}
+
+void MeshBuffers::draw_batch(const DrawBatch& batch) {
+  glBindVertexArray(array_.name());
+  glBindBuffer(GL_ARRAY_BUFFER, instances_.name());
+  bind_instances(batch);
+  const MeshLevel& level = meshes_[batch.shape].levels[batch.level];
+  draw_run(batch, level.first_index, level.index_count);
+  glDisable(GL_CULL_FACE);
 }
 
 void MeshBuffers::draw_plain() {

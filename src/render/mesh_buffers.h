@@ -11,8 +11,8 @@
 
 namespace pilesim {
 
-// Vertex attributes: 0 position, 1 normal, 2 to 4 the members of Instance, 5 paint, 6 place in a
-// texture.
+// Vertex attributes: 0 position, 1 normal, 2 to 4 and 7 the members of Instance, 5 paint, 6 place
+// in a texture.
 class MeshBuffers {
  public:
   // Needs its context to be current, as load() and draw() do.
@@ -24,6 +24,8 @@ class MeshBuffers {
   // Those without a texture; those with one, which is bound to the first unit.
   void draw_plain();
   void draw_textured();
+  // One of the batches of what is loaded.
+  void draw_batch(const DrawBatch& batch);
   bool has_textures() const { return !textures_.empty(); }
 
  private:

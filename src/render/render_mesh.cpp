@@ -312,6 +312,18 @@ void append_simplified_levels(RenderMesh& mesh, const std::vector<RenderVertex>&
   }
 }
 
+float mean_chord(const CornerMesh& mesh) {
+  double volume = 0, surface = 0;
+  for (size_t i = 0; i < mesh.corners.size(); i += 3) {
+    const Vec3 a = mesh.positions[mesh.corners[i]].cast<double>();
+    const Vec3 b = mesh.positions[mesh.corners[i + 1]].cast<double>();
+    const Vec3 c = mesh.positions[mesh.corners[i + 2]].cast<double>();
+    volume += a.dot(b.cross(c)) / 6;
+    surface += (b - a).cross(c - a).norm() / 2;
+  }
+  return static_cast<float>(4 * std::abs(volume) / surface);
+}
+
 }  // namespace
 
 PackedMaterial pack_material(const Colour& colour, uint8_t kind) {
@@ -343,6 +355,7 @@ RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
   for (const uint32_t corner : welded.corners) {
     mesh.radius_m = std::max(mesh.radius_m, welded.positions[corner].norm());
   }
+  if (mesh.closed) mesh.mean_chord_m = mean_chord(welded);
   std::vector<RenderVertex> split;
   std::vector<uint32_t> indices;
   welded.normals = corner_normals(welded, edges);

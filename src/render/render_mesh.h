@@ -54,6 +54,8 @@ struct RenderMesh {
   std::vector<std::shared_ptr<const MipMap>> textures;
   float radius_m = 0;   // of the sphere about the body's origin that holds it
   bool closed = false;  // every edge has two triangles of opposite directions
+  // Mean length of its part of straight lines that go through it, 4 V / S (Cauchy); 0: not closed.
+  float mean_chord_m = 0;
 };
 
 // Triangles in the order in which they are told, without those that have two corners at one place.

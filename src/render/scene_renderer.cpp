@@ -33,6 +33,8 @@ constexpr GLuint kSecondUnit = 1;
 constexpr GLuint kThirdUnit = 2;
 constexpr GLuint kFourthUnit = 3;
 constexpr GLuint kFifthUnit = 4;
+constexpr GLuint kSkyUnit = 5;
+constexpr GLuint kSkyLightUnit = 6;
 // Samples that llvmpipe draws at once.
 constexpr int kDriverSamples = 4;
 
@@ -42,18 +44,18 @@ std::string concatenate(std::initializer_list<std::string_view> parts) {
   return text;
 }
 
+// Which programs a scene needs, and with what in them.
+struct Variant {
+  bool multisample = false;
+  bool has_clear = false, has_pattern = false, has_sky_map = false;
+};
+
 struct Programs {
   GlProgram shadow{"shadow", shaders::shadow_vert, shaders::shadow_frag};
-  GlProgram body{"body", concatenate({shaders::surface_glsl, shaders::body_vert}),
-                 concatenate({shaders::surface_glsl, shaders::body_frag})};
-  // The same for scenes with clear bodies.
-  std::optional<GlProgram> clear_body;
+  GlProgram body;
   // Those of its triangles that have a texture.
-  GlProgram textured_body{"textured_body",
-                          concatenate({kTextured, shaders::surface_glsl, shaders::body_vert}),
-                          concatenate({kTextured, shaders::surface_glsl, shaders::body_frag})};
-  GlProgram ground{"ground", shaders::ground_vert,
-                   concatenate({shaders::surface_glsl, shaders::ground_frag})};
+  GlProgram textured_body;
+  GlProgram ground;
   GlProgram occlusion_depth;
   GlProgram occlusion{"occlusion", shaders::screen_vert, shaders::occlusion_frag};
   GlProgram occlusion_blur{"occlusion_blur", shaders::screen_vert, shaders::occlusion_blur_frag};
@@ -62,29 +64,46 @@ struct Programs {
   GlProgram farthest_depth{"farthest_depth", shaders::screen_vert, shaders::farthest_depth_frag};
   GlProgram farthest_sample{"farthest_sample", shaders::screen_vert,
                             concatenate({define(true), shaders::farthest_depth_frag})};
+  // For scenes with clear bodies.
+  std::optional<GlProgram> clear, display;
 
-  Programs(bool multisample, bool has_clear)
-      : occlusion_depth("occlusion_depth", shaders::screen_vert,
-                        concatenate({define(multisample), shaders::scene_view_glsl,
+  explicit Programs(const Variant& of)
+      : body("body", surface(of, "", shaders::body_vert), surface(of, "", shaders::body_frag)),
+        textured_body("textured_body", surface(of, kTextured, shaders::body_vert),
+                      surface(of, kTextured, shaders::body_frag)),
+        ground("ground", shaders::ground_vert, surface(of, "", shaders::ground_frag)),
+        occlusion_depth("occlusion_depth", shaders::screen_vert,
+                        concatenate({define(of.multisample), shaders::scene_view_glsl,
                                      shaders::occlusion_depth_frag})),
         key_light("key_light", shaders::screen_vert,
-                  concatenate({define(multisample), shaders::scene_view_glsl, shaders::surface_glsl,
-                               shaders::key_light_frag})),
+                  concatenate({define(of.multisample), shaders::scene_view_glsl,
+                               shaders::surface_glsl, shaders::key_light_frag})),
         picture("picture", shaders::screen_vert,
-                concatenate({define(multisample), shaders::scene_view_glsl, shaders::surface_glsl,
-                             shaders::background_glsl, shaders::lighting_glsl, shaders::tone_glsl,
+                concatenate({of.has_clear ? "#define BELOW_CLEAR\n" : "", define(of.multisample),
+                             shaders::scene_view_glsl, lit(of), shaders::display_glsl,
                              shaders::picture_frag})) {
-    if (!has_clear) return;
-    clear_body.emplace("clear_body",
-                       concatenate({kClear, shaders::surface_glsl, shaders::body_vert}),
-                       concatenate({kClear, shaders::surface_glsl, shaders::body_frag}));
+    if (!of.has_clear) return;
+    clear.emplace("clear", concatenate({shaders::surface_glsl, shaders::clear_vert}),
+                  concatenate({lit(of), shaders::clear_frag}));
+    display.emplace(
+        "display", shaders::screen_vert,
+        concatenate({define(of.multisample), shaders::display_glsl, shaders::display_frag}));
   }
 
   static constexpr std::string_view kTextured = "#define TEXTURED\n";
-  static constexpr std::string_view kClear =
-      "#extension GL_ARB_sample_shading : require\n#define CLEAR\n";
   static std::string_view define(bool multisample) {
     return multisample ? "#define MULTISAMPLE\n" : "";
+  }
+  // A shader that fills the first targets.
+  static std::string surface(const Variant& of, std::string_view defines, std::string_view source) {
+    if (!of.has_pattern) return concatenate({defines, shaders::surface_glsl, source});
+    return concatenate(
+        {defines, "#define PATTERNED\n", shaders::surface_glsl, shaders::pattern_glsl, source});
+  }
+  // What shaders of light need.
+  static std::string lit(const Variant& of) {
+    return concatenate({of.has_sky_map ? "#define SKY_MAP\n" : "", shaders::surface_glsl,
+                        shaders::background_glsl, shaders::lighting_glsl, shaders::tone_glsl});
   }
 };
 
@@ -135,6 +154,36 @@ struct Targets {
         shadow_blocks_frame(make_framebuffer({shadow_blocks.name()})) {}
 };
 
+// Where clear bodies come over the picture of the others.
+struct ClearTargets {
+  GlTexture light;  // as a screen shows it
+  GlFramebuffer picture_frame, frame;
+
+  ClearTargets(int width, int height, int samples, const GlTexture& depth)
+      : light(make_target(GL_RGBA16F, width, height, samples)),
+        picture_frame(make_framebuffer({light.name()}, 0, samples)),
+        frame(make_framebuffer({light.name()}, depth.name(), samples)) {}
+};
+
+// A picture of the sky, with smaller copies of it down to one pixel. 32 bits a pixel.
+GlTexture sky_texture(const SkyImage& image) {
+  GlTexture texture;
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  SkyImage part = image;
+  for (GLint level = 0;; ++level) {
+    glTexImage2D(GL_TEXTURE_2D, level, GL_RGB9_E5, part.width, part.height, 0, GL_RGB, GL_FLOAT,
+                 part.pixels.data());
+    if (part.width == 1) break;
+    part = half_of(part);
+  }
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return texture;
+}
+
 // A depth texture that bodies are drawn into by `frame`, and where its blocks go.
 struct DepthTarget {
   const GlFramebuffer& frame;
@@ -145,6 +194,9 @@ struct DepthTarget {
 };
 
 void set(GLint uniform, const Vec3f& value) { glUniform3fv(uniform, 1, value.data()); }
+void set(GLint uniform, const Eigen::Matrix3f& value) {
+  glUniformMatrix3fv(uniform, 1, GL_FALSE, value.data());
+}
 void set(GLint uniform, const Eigen::Matrix4f& value) {
   glUniformMatrix4fv(uniform, 1, GL_FALSE, value.data());
 }
@@ -181,6 +233,7 @@ void average(Image& a, const Image& b) {
 struct SceneRenderer::State {
   RenderScene scene;
   Lighting lighting;
+  bool has_sun;  // of the scene's own
   float exposure;
   int width, height;
   int samples;  // of the multisample targets, 0: none
@@ -190,11 +243,16 @@ struct SceneRenderer::State {
   GlContext context;
   std::optional<Programs> programs;
   std::optional<Targets> targets;
+  std::optional<ClearTargets> clear_targets;
+  // Of a sky from a file.
+  RasterSky sky;
+  size_t sky_plane = 0;  // body that is its ground; as many as there are: none
+  std::optional<GlTexture> sky_seen, sky_light;
   std::optional<MeshBuffers> meshes;
   GlVertexArray ground_array, empty_array;
   GlBuffer ground_buffer;
 
-  DrawList visible, casters;
+  DrawList visible, casters, clear;
   // Bodies in front, and others that may be seen.
   DrawList drawn;
   std::vector<uint8_t> marks;
@@ -209,6 +267,7 @@ struct SceneRenderer::State {
   State(const TrajectoryHeader& header, const RenderSettings& settings, BodyColours colours,
         uint64_t worth_hiding);
   ~State() { context.make_current(); }
+  void take_sky(const TrajectoryFrame& frame);
   void draw_pass(const TrajectoryFrame& frame, const View& view, Image& result);
   void draw_shadow_map(const TrajectoryFrame& frame, const View& view);
   void draw_surfaces(const TrajectoryFrame& frame, const View& view);
@@ -220,7 +279,9 @@ struct SceneRenderer::State {
   void set_scene_view(const GlProgram& program, const View& view);
   void draw_occlusion(const View& view);
   void draw_key_light(const View& view);
-  void draw_picture(const TrajectoryFrame& frame, const View& view, Image& result);
+  void set_lights(const GlProgram& program);
+  void draw_picture(const TrajectoryFrame& frame, const View& view);
+  void draw_clear(const TrajectoryFrame& frame, const View& view);
   void draw_over_target(const GlFramebuffer& frame, int target_width, int target_height);
 };
 
@@ -228,6 +289,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
                             BodyColours colours, uint64_t triangles_worth_hiding)
     : scene(header, settings.analysis ? BodyColours::analysis : colours),
       lighting(make_lighting(settings.light)),
+      has_sun(!lighting.sun.isZero()),
       exposure(exposure_factor(settings.exposure)),
       width(settings.size[0]),
       height(settings.size[1]),
@@ -237,8 +299,12 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
   if (settings.samples > kDriverSamples)
     passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};
   check_limits(width, height, samples);
-  programs.emplace(samples > 0, scene.has_clear);
+  programs.emplace(Variant{.multisample = samples > 0,
+                           .has_clear = scene.has_clear,
+                           .has_pattern = !scene.pattern.empty(),
+                           .has_sky_map = lighting.map != nullptr});
   targets.emplace(width, height, samples);
+  if (scene.has_clear) clear_targets.emplace(width, height, samples, targets->depth);
   if (samples > 0) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets->scene_frame.name());
     glGetMultisamplefv(GL_SAMPLE_POSITION, 0, first_sample.data());
@@ -254,6 +320,30 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
     target->rgb.resize(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
   }
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
+}
+
+// The sky's light with the ground of the frame, if it has one.
+void SceneRenderer::State::take_sky(const TrajectoryFrame& frame) {
+  size_t plane = 0;
+  while (plane < scene.shape.size() &&
+         (scene.is_plane[scene.shape[plane]] == 0 || (frame.state[plane] & kPresent) == 0)) {
+    ++plane;
+  }
+  if (sky_light && plane == sky_plane) return;
+  sky_plane = plane;
+  if (plane == scene.shape.size()) {
+    sky = raster_sky(*lighting.map, std::nullopt, has_sun);
+  } else {
+    Vec3f ground = albedo_of(scene.material[plane]);
+    if (!scene.pattern.empty()) ground = ground.cwiseProduct(mean_pattern(scene.pattern[plane]));
+    sky = raster_sky(*lighting.map, ground, has_sun);
+  }
+  if (!has_sun) {
+    lighting.to_sun = sky.to_sun;
+    lighting.sun = sky.sun;
+  }
+  if (!sky_seen) sky_seen.emplace(sky_texture(lighting.map->seen()));
+  sky_light.emplace(sky_texture(sky.light));
 }
 
 void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const View& view) {
@@ -335,13 +425,8 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
 }
 
 void SceneRenderer::State::draw_bodies(const View& view) {
-  const GlProgram& program = scene.has_clear ? *programs->clear_body : programs->body;
-  program.use();
-  set(program.uniform("clip_from_world"), view.clip_from_world);
-  if (scene.has_clear) {
-    set(program.uniform("eye"), view.eye);
-    glUniform1i(program.uniform("samples"), std::max(1, samples));
-  }
+  programs->body.use();
+  set(programs->body.uniform("clip_from_world"), view.clip_from_world);
   meshes->draw_plain();
   if (meshes->has_textures()) {
     programs->textured_body.use();
@@ -355,6 +440,8 @@ void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View&
   const GlProgram& program = programs->ground;
   program.use();
   set(program.uniform("clip_from_world"), view.clip_from_world);
+  set(program.uniform("world_from_image"),
+      view.world_from_image(static_cast<float>(width), static_cast<float>(height)));
   const float reach = kGroundReach * fade_distance(scene, frame, view);
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
@@ -368,6 +455,14 @@ void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View&
     const std::array<Vec3f, 4> corners = {centre - along - across, centre + along - across,
                                           centre - along + across, centre + along + across};
     set(program.uniform("plane_normal"), normal);
+    if (!scene.pattern.empty()) {
+      const Quatf from_world = q.conjugate();
+      set(program.uniform("plane_from_world"), from_world.toRotationMatrix());
+      set(program.uniform("eye_on_plane"),
+          Vec3f(from_world * (view.eye - scene.anchor(frame, body))));
+      const PatternCode pattern = scene.pattern_of(frame, body);
+      glUniform2f(program.uniform("pattern"), pattern[0], pattern[1]);
+    }
     const Eigen::Vector4f material =
         Eigen::Map<const Eigen::Matrix<uint8_t, 4, 1>>(scene.material[body].data()).cast<float>() /
         255;
@@ -402,9 +497,8 @@ void SceneRenderer::State::set_scene_view(const GlProgram& program, const View& 
               view.far_m / range);
   glUniform1f(program.uniform("near_m"), view.near_m);
   set(program.uniform("eye"), view.eye);
-  const Eigen::Matrix3f world_from_image =
-      view.world_from_image(static_cast<float>(width), static_cast<float>(height));
-  glUniformMatrix3fv(program.uniform("world_from_image"), 1, GL_FALSE, world_from_image.data());
+  set(program.uniform("world_from_image"),
+      view.world_from_image(static_cast<float>(width), static_cast<float>(height)));
 }
 
 void SceneRenderer::State::draw_occlusion(const View& view) {
@@ -446,10 +540,8 @@ void SceneRenderer::State::draw_key_light(const View& view) {
   draw_over_target(targets->key_light_frame, width, height);
 }
 
-void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View& view,
-                                        Image& result) {
-  const GlProgram& program = programs->picture;
-  set_scene_view(program, view);
+// The uniforms of background.glsl and lighting.glsl.
+void SceneRenderer::State::set_lights(const GlProgram& program) {
   set(program.uniform("to_light"), lighting.to_sun);
   set(program.uniform("key_radiance"), lighting.sun);
   set(program.uniform("sky_radiance"), lighting.sky);
@@ -457,15 +549,67 @@ void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View
   set(program.uniform("horizon"), lighting.horizon);
   set(program.uniform("zenith"), lighting.zenith);
   glUniform1f(program.uniform("backdrop"), lighting.backdrop);
+  glUniform1f(program.uniform("exposure"), exposure);
+  if (!lighting.map) return;
+  glUniform1f(program.uniform("sky_turn"), lighting.map->turn());
+  glUniform3fv(program.uniform("sky_harmonics"), static_cast<GLsizei>(sky.harmonics.size()),
+               sky.harmonics.front().data());
+  glUniform1i(program.uniform("sky_seen"), kSkyUnit);
+  glUniform1i(program.uniform("sky_light"), kSkyLightUnit);
+  bind_texture(kSkyUnit, GL_TEXTURE_2D, *sky_seen);
+  bind_texture(kSkyLightUnit, GL_TEXTURE_2D, *sky_light);
+}
+
+void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View& view) {
+  const GlProgram& program = programs->picture;
+  set_scene_view(program, view);
+  set_lights(program);
   glUniform1f(program.uniform("fade_distance"), fade_distance(scene, frame, view));
   glUniform1i(program.uniform("key_light"), kFourthUnit);
   glUniform1i(program.uniform("occlusion"), kFifthUnit);
   glUniform1i(program.uniform("samples"), std::max(1, samples));
-  glUniform1f(program.uniform("exposure"), exposure);
   bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->key_light);
   bind_texture(kFifthUnit, GL_TEXTURE_2D, targets->half_blurred);
+  draw_over_target(scene.has_clear ? clear_targets->picture_frame : targets->display_frame, width,
+                   height);
+}
+
+// From back to front, of each only what is nearest: first its depth, then the surface there.
+void SceneRenderer::State::draw_clear(const TrajectoryFrame& frame, const View& view) {
+  list_clear_bodies(scene, frame, view, static_cast<float>(width), static_cast<float>(height),
+                    kPixelError, clear);
+  meshes->load(clear);
+  const GlProgram& program = *programs->clear;
+  program.use();
+  set_lights(program);
+  set(program.uniform("clip_from_world"), view.clip_from_world);
+  set(program.uniform("eye"), view.eye);
+  glBindFramebuffer(GL_FRAMEBUFFER, clear_targets->frame.name());
+  glViewport(0, 0, width, height);
+  glEnable(GL_DEPTH_TEST);
+  glBlendFunc(GL_ONE, GL_SRC1_COLOR);
+  for (const DrawBatch& batch : clear.batches) {
+    const RenderMesh& mesh = scene.meshes[batch.shape];
+    glUniform1f(program.uniform("chord"), 0.5f * mesh.mean_chord_m / mesh.radius_m);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glDepthFunc(GL_LESS);
+    meshes->draw_batch(batch);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthFunc(GL_EQUAL);
+    glEnable(GL_BLEND);
+    meshes->draw_batch(batch);
+    glDisable(GL_BLEND);
+  }
+  glDepthFunc(GL_LESS);
+  glDisable(GL_DEPTH_TEST);
+
+  const GlProgram& display = *programs->display;
+  display.use();
+  glUniform1i(display.uniform("light"), kFirstUnit);
+  glUniform1i(display.uniform("samples"), std::max(1, samples));
+  bind_texture(kFirstUnit, samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D,
+               clear_targets->light);
   draw_over_target(targets->display_frame, width, height);
-  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, result.rgb.data());
 }
 
 void SceneRenderer::State::draw_pass(const TrajectoryFrame& frame, const View& view,
@@ -473,7 +617,9 @@ void SceneRenderer::State::draw_pass(const TrajectoryFrame& frame, const View& v
   draw_surfaces(frame, view);
   draw_occlusion(view);
   draw_key_light(view);
-  draw_picture(frame, view, result);
+  draw_picture(frame, view);
+  if (scene.has_clear) draw_clear(frame, view);
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, result.rgb.data());
 }
 
 SceneRenderer::SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
@@ -490,6 +636,7 @@ const Image& SceneRenderer::draw(const TrajectoryFrame& frame, const CameraKey& 
   s.scene.origin = view_origin(camera);
   const View centred =
       scene_view(s.scene, frame, from_origin(camera, s.scene.origin), s.width, s.height);
+  if (s.lighting.map) s.take_sky(frame);
   s.draw_shadow_map(frame, centred);
   for (size_t pass = 0; pass < s.passes.size(); ++pass) {
     View view = centred;

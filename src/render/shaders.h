@@ -6,7 +6,12 @@
 namespace pilesim::shaders {
 
 extern const std::string_view background_glsl;
+extern const std::string_view clear_frag;
+extern const std::string_view clear_vert;
+extern const std::string_view display_frag;
+extern const std::string_view display_glsl;
 extern const std::string_view lighting_glsl;
+extern const std::string_view pattern_glsl;
 extern const std::string_view scene_view_glsl;
 extern const std::string_view surface_glsl;
 extern const std::string_view tone_glsl;

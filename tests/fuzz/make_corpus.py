@@ -317,6 +317,46 @@ def height_fields():
     put("height_field", "no_palette", png(4, 3, 8, 3, rows))
 
 
+def hdr(width, height, pixels):
+    return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width) + pixels
+
+
+def exr(width, height, channels=(b"B", b"G", b"R"), tile=None, window=None):
+    """Without compression."""
+    def attribute(name, kind, data):
+        return name + b"\0" + kind + b"\0" + struct.pack("<I", len(data)) + data
+    listed = b"".join(name + b"\0" + struct.pack("<IIII", 2, 0, 1, 1) for name in channels) + b"\0"
+    box = struct.pack("<4i", *(window or (0, 0, width - 1, height - 1)))
+    head = struct.pack("<II", 20000630, 2 | (512 if tile else 0)) + b"".join((
+        attribute(b"channels", b"chlist", listed), attribute(b"compression", b"compression", b"\0"),
+        attribute(b"dataWindow", b"box2i", box), attribute(b"displayWindow", b"box2i", box),
+        attribute(b"lineOrder", b"lineOrder", b"\0"), attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1)),
+        attribute(b"screenWindowCenter", b"v2f", bytes(8)), attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1)),
+        attribute(b"tiles", b"tiledesc", struct.pack("<IIB", *tile, 0)) if tile else b"", b"\0"))
+    values = struct.pack("<4f", 0.5, -1, float("nan"), 1e30) * width
+    row = values[:4 * width] * len(channels)
+    first = len(head) + 8 * height
+    size = 8 + len(row)
+    return (head + b"".join(struct.pack("<Q", first + y * size) for y in range(height))
+            + b"".join(struct.pack("<iI", y, len(row)) + row for y in range(height)))
+
+
+def skies():
+    row = b"\2\2\0\x10" + (b"\x90\x64" * 2 + b"\x08abcdefgh\x88\x10" + b"\x90\x81")
+    put("sky", "runs", hdr(16, 8, row * 8))
+    put("sky", "flat", hdr(4, 2, bytes(range(100, 132))))
+    put("sky", "no_runs", hdr(16, 8, b"\2\2\0\x10" + bytes(200)))
+    put("sky", "long_run", hdr(16, 8, b"\2\2\0\x10\xff\x01" * 8))
+    put("sky", "cut_off", hdr(16, 8, row * 8)[:90])
+    put("sky", "large", hdr(0x7FFFFFFE, 0x3FFFFFFF, row))
+    put("sky", "square", hdr(8, 8, bytes(256)))
+    put("sky", "exr", exr(8, 4))
+    put("sky", "exr_no_red", exr(8, 4, (b"B", b"G")))
+    put("sky", "exr_cut_off", exr(8, 4)[:-40])
+    put("sky", "exr_large", exr(8, 4, window=(-2**31, -2**31, 2**31 - 1, 2**31 - 1)))
+    put("sky", "exr_large_tiles", exr(8, 4, tile=(2**31 - 1, 2**31 - 1)))
+
+
 def batches():
     plan = ('{"version": 1, "scene": "scene.json", "count": %s, "vary": [%s], '
             '"steps": [["simulate"], ["render", "--no-video"]], "tries": 2}')
@@ -344,5 +384,6 @@ scenes()
 meshes()
 others()
 height_fields()
+skies()
 batches()
 signatures(sys.argv[1])

@@ -27,6 +27,7 @@
 #include "render/forces_overlay.h"
 #include "render/guide_overlay.h"
 #include "render/pile_overlay.h"
+#include "render/sky_file.h"
 #include "scene/scene_loader.h"
 #include "signature/measured_collisions.h"
 #include "signature/response_model.h"
@@ -142,6 +143,15 @@ void height_field(std::string_view bytes) {
     const TriangleMesh read = height_field_mesh(file_of("field.png", bytes), 1, 1, 0, 1);
     for (const Vec3& vertex : read.vertices) {
       if (!(vertex.cwiseAbs().maxCoeff() <= 1)) std::abort();
+    }
+  });
+}
+
+void sky(std::string_view bytes) {
+  accept_errors([&] {
+    const SkyImage read = read_sky(file_of("sky.hdr", bytes));
+    for (const Vec3f& pixel : read.pixels) {
+      if (!(pixel.minCoeff() >= 0 && pixel.maxCoeff() < 1e10f)) std::abort();
     }
   });
 }
@@ -309,6 +319,7 @@ std::span<const Target> program_targets() {
                                           Target{"decomposition", cached<DecompositionCache>},
                                           Target{"solid", cached<SolidCache>},
                                           Target{"height_field", height_field},
+                                          Target{"sky", sky},
                                           Target{"batch_plan", batch_plan},
                                           Target{"mesh_bounds", mesh_bounds},
                                           Target{"names", names},

@@ -296,5 +296,82 @@ TEST(RaysAndRaster, ClearBodiesShowWhatIsBehindThem) {
   }
 }
 
+// A lamp of 0.6 behind everything, seen past the middle of what is in front of it.
+class ClearInFront : public testing::Test {
+ protected:
+  ClearInFront() : scene_(without_ground()) {
+    scene_.header.shapes.push_back(test::cube_shape(4));
+    scene_.add(3, {0, 0, -6}, {255, 255, 255}, false);
+  }
+  void add_ball(const Vec3f& place, const Colour& colour) { scene_.add(1, place, colour, true); }
+  Image draw(bool by_rays, double field_of_view = 0.02) {
+    const size_t bodies = scene_.header.body_count();
+    scene_.header.body_gloss.assign(bodies, {0, 0});
+    scene_.header.body_substance.assign(bodies, {0, 1, 0});
+    scene_.header.body_substance[0] = {0, 0, 0};
+    scene_.header.body_substance[1] = {0, 0, 0.6f};
+    const RenderSettings settings{
+        .size = {32, 32}, .rays = {.samples = 64, .denoise = false}, .light = {.sun = 0, .sky = 0}};
+    const CameraKey ahead{
+        .position = {0, 0, 40}, .target = {0, 0, 0}, .field_of_view = field_of_view};
+    const DrawnFrame drawn{.frame = &scene_.frame, .camera = ahead};
+    return by_rays ? RaysRenderer(scene_.header, settings, {}).draw(drawn)
+                   : SceneRenderer(scene_.header, settings).draw(drawn);
+  }
+  static Vec3f middle(const Image& image) {
+    Vec3f sum = Vec3f::Zero();
+    for (int i = 0; i < 64; ++i) {
+      const test::Colour seen = test::pixel(image, 12 + i % 8, 12 + i / 8);
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += static_cast<float>(
+            linear_from_srgb(static_cast<uint8_t>(std::lround(255 * seen[k]))) / 64);
+      }
+    }
+    return sum;
+  }
+
+  DrawnScene scene_;
+};
+
+// Of each ball as its colour is and what both surfaces let through, 12 / 13, by both renderers.
+TEST_F(ClearInFront, LetsThroughTheProductOfTheColours) {
+  const Colour red = {230, 120, 90}, green = {120, 220, 150};
+  add_ball({0, 0, 2}, red);
+  add_ball({0, 0, -1}, green);
+  for (const bool by_rays : {false, true}) {
+    const Vec3f seen = middle(draw(by_rays));
+    for (size_t i = 0; i < 3; ++i) {
+      const double expected =
+          0.6 * linear_from_srgb(red[i]) * linear_from_srgb(green[i]) * std::pow(12 / 13.0, 2);
+      EXPECT_NEAR(seen[static_cast<int>(i)], expected, 0.1 * expected + 0.004) << by_rays;
+    }
+  }
+}
+
+TEST_F(ClearInFront, DoesNotDependOnTheOrderOfBodies) {
+  const Colour red = {230, 120, 90}, green = {120, 220, 150};
+  add_ball({0.1f, 0, 2}, red);
+  add_ball({0, 0.1f, -1}, green);
+  const Image one = draw(false, 0.04);
+  scene_ = without_ground();
+  scene_.header.shapes.push_back(test::cube_shape(4));
+  scene_.add(3, {0, 0, -6}, {255, 255, 255}, false);
+  add_ball({0, 0.1f, -1}, green);
+  add_ball({0.1f, 0, 2}, red);
+  EXPECT_EQ(one.rgb, draw(false, 0.04).rgb);
+}
+
+// Its picture has no stripes: neighbours differ by as little as without it.
+TEST_F(ClearInFront, IsEven) {
+  add_ball({0, 0, 0}, {200, 160, 120});
+  const Image image = draw(false);
+  for (int y = 8; y < 24; ++y) {
+    for (int x = 8; x < 24; ++x) {
+      const test::Colour change = test::pixel(image, x, y) - test::pixel(image, x + 1, y);
+      EXPECT_LT(change.cwiseAbs().maxCoeff(), 3 / 255.0f) << x << ", " << y;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

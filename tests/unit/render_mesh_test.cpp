@@ -41,6 +41,15 @@ TEST(RenderMesh, ASphereIsSmooth) {
   }
 }
 
+// Cauchy's mean chord, 4 V / S: of a cube two thirds of its edge, of a ball of its diameter.
+TEST(RenderMesh, KnowsTheMeanWayThroughIt) {
+  EXPECT_NEAR(of(test::cube_shape(0.4f)).mean_chord_m, 0.4 * 2 / 3, 1e-6);
+  EXPECT_NEAR(of(test::sphere_shape(0.5f, 48)).mean_chord_m, 2 / 3.0, 2e-3);
+  TrajectoryShape open = test::cube_shape(0.4f);
+  open.triangles.pop_back();
+  EXPECT_EQ(of(open).mean_chord_m, 0);
+}
+
 TEST(RenderMesh, VerticesAtOnePlaceAreOne) {
   TrajectoryShape soup{.name = "soup"};
   const TrajectoryShape sphere = test::sphere_shape(0.5f, 12);

@@ -9,8 +9,8 @@
 #include "core/atomic_file.h"
 #include "core/text.h"
 #include "json/json_text.h"
-#include "render/dataset/exr.h"
 #include "render/dataset/numeric_png.h"
+#include "render/exr.h"
 
 namespace pilesim {
 namespace {

@@ -39,6 +39,8 @@ struct Path {
   bool sees_sun = false;      // and it went through them without being mirrored
   bool is_seen = true;        // what it meets is seen by the eye, also in mirrors
   uint32_t chances = 0;       // drawn so far
+  // Of the sky's light that it comes to: add_sky_samples() finds the rest.
+  float sky_share = 1;
 };
 
 // `v` on the side that `normal` points to.
@@ -88,7 +90,8 @@ class Tile {
     see();
     for (int bounce = 0; !paths_.empty(); ++bounce) {
       add_emission();
-      add_sun(bounce);
+      if (!light_.sun.isZero()) add_sun(bounce);
+      if (light_.map) add_sky_samples(bounce);
       if (bounce == settings_.bounces) {
         // Mirrors at the end of a path are not dark.
         if (bounce > 0) std::erase_if(paths_, [](const Path& path) { return !path.is_seen; });
@@ -113,7 +116,8 @@ class Tile {
   const RayMaterial& material(const Path& path) const { return scene_.materials[path.hit.body]; }
   Vec3f albedo(const Path& path) const {
     const RayMaterial& of = material(path);
-    return of.is_painted ? path.surface.paint : of.albedo;
+    const Vec3f& own = of.is_painted ? path.surface.paint : of.albedo;
+    return of.has_pattern ? Vec3f(own.cwiseProduct(path.surface.pattern).cwiseMin(1.0f)) : own;
   }
   // A value of a surface's gloss for each colour, which metals mirror differently.
   template <class Value>
@@ -240,7 +244,10 @@ class Tile {
     const Vec3f from_eye = path.surface.position - scene_.views[1].eye;
     const float far = from_eye.norm() / settings_.fade_distance_m;
     const float stays = std::exp(-far * far);
-    const Vec3f behind = (1 - stays) * light_.backdrop * background(light_, path.ray.direction);
+    // Just above the horizon: the ground of a sky's picture is not behind this one.
+    Vec3f level = path.ray.direction;
+    if (light_.map && level.y() < 0.01f) level = Vec3f(level.x(), 0.01f, level.z()).normalized();
+    const Vec3f behind = (1 - stays) * light_.backdrop * background(light_, level);
     pixels_[path.pixel].radiance += path.throughput.cwiseProduct(behind);
     path.throughput *= stays;
     return stays;
@@ -331,6 +338,10 @@ class Tile {
 
   Vec3f beyond_all(const Path& path) const {
     const Vec3f& direction = path.ray.direction;
+    if (light_.map && !path.is_direct) {
+      return path.sky_share *
+             (path.is_seen ? background(light_, direction) : surroundings(light_, direction));
+    }
     if (!path.is_seen) return surroundings(light_, direction);
     const Vec3f behind = light_.backdrop * background(light_, direction);
     return path.sees_sun ? Vec3f(behind + sun_disc(direction)) : behind;
@@ -458,6 +469,63 @@ class Tile {
     }
   }
 
+  // How often a path goes on by the coat, the gloss and the matt ground of a surface, out of `sum`.
+  struct Layers {
+    float coat = 0, gloss = 0, matt = 1, sum = 1;
+    float below = 1;  // share of the light that comes to the matt ground
+    bool is_matt = true;
+  };
+  Layers layers(const Path& path) const {
+    const RayMaterial& of = material(path);
+    if (!path.is_seen || of.is_plane) return {};
+    const Vec3f own = albedo(path);
+    const float facing = path.surface.normal.dot(-path.ray.direction);
+    const float of_surface = mirrored_share(path, facing);
+    Layers result{.coat = of.coat.share(facing), .is_matt = false};
+    result.gloss = (1 - result.coat) * of_surface;
+    result.below = (1 - result.coat) * (1 - of_surface) * (1 - of.gloss.metallic);
+    result.matt = std::max(1e-3f, result.below * luminance(own.x(), own.y(), own.z()));
+    result.sum = result.coat + result.gloss + result.matt;
+    return result;
+  }
+
+  // The sky by samples where it is bright, and by paths that come to it: each with the share that
+  // is the larger the more often it finds a direction (Veach's balance), for each layer.
+  void add_sky_samples(int bounce) {
+    shadow_rays_.clear();
+    shadow_light_.clear();
+    for (Path& path : paths_) {
+      const SkyMap::Sample sky = light_.map->sample(chance(path));
+      const RaySurface& at = path.surface;
+      const Vec3f& light = sky.direction;
+      const float cosine = at.normal.dot(light);
+      if (cosine <= 0 || sky.density <= 0 || at.geometric_normal.dot(light) <= 0) continue;
+      const RayMaterial& of = material(path);
+      const Layers parts = layers(path);
+      const Vec3f view = -path.ray.direction;
+      const bool ends = bounce == settings_.bounces && bounce > 0 && !path.is_seen;
+      const auto share = [&](float density) {
+        return ends ? 1 : sky.density / (sky.density + density);
+      };
+      const float matt = parts.matt / parts.sum * cosine / static_cast<float>(kPi);
+      Vec3f answer = share(matt) * parts.below * albedo(path);
+      if (!parts.is_matt) {
+        const float coat = parts.coat / parts.sum * of.coat.density(at.normal, view, light);
+        const float gloss = parts.gloss / parts.sum * of.gloss.density(at.normal, view, light);
+        answer += Vec3f::Constant(share(coat) * of.coat.reflected(at.normal, view, light));
+        answer += share(gloss) * (1 - parts.coat) * by_colour(path, [&](const Gloss& one) {
+                    return one.reflected(at.normal, view, light);
+                  });
+      }
+      // Radiance of a matt white surface is the mean over pi.
+      const float weight = cosine / (static_cast<float>(kPi) * sky.density);
+      shadow_rays_.push_back({.origin = at.start, .direction = light, .time = path.ray.time});
+      shadow_light_.push_back(
+          {path.pixel, path.throughput.cwiseProduct(answer).cwiseProduct(sky.radiance) * weight});
+    }
+    add_unblocked(bounce == 0);
+  }
+
   // Which way the path goes on, and what it brings from there: of the coat, the gloss or the matt
   // ground, each as often as it sends. False where it ends.
   bool turn(Path& path, int bounce) const {
@@ -468,17 +536,15 @@ class Tile {
     const Vec3f view = -path.ray.direction;
     Vec3f light;
     bool is_seen = false;
-    if (!path.is_seen || of.is_plane) {
+    float density = 0;  // of the way it goes, 1/sr
+    const auto of_matt = [&] { return at.normal.dot(light) / static_cast<float>(kPi); };
+    const Layers parts = layers(path);
+    if (parts.is_matt) {
       light = cosine_sample(at.normal, point);
+      density = of_matt();
       path.throughput = path.throughput.cwiseProduct(own);
     } else {
-      const float facing = at.normal.dot(view);
-      const float of_surface = mirrored_share(path, facing);
-      const float coat = of.coat.share(facing);
-      const float gloss = (1 - coat) * of_surface;
-      const float below = (1 - coat) * (1 - of_surface) * (1 - of.gloss.metallic);
-      const float matt = std::max(1e-3f, below * luminance(own.x(), own.y(), own.z()));
-      const float sum = coat + gloss + matt;
+      const float coat = parts.coat, gloss = parts.gloss, matt = parts.matt, sum = parts.sum;
       const float choice =
           (bounce == 0 ? draw(path, PathSquare::moment).y() : chance(path).y()) * sum;
       const auto mirror = [&](const Gloss& layer) {
@@ -488,18 +554,22 @@ class Tile {
       };
       if (choice < coat) {
         mirror(of.coat);
+        density = coat / sum * of.coat.density(at.normal, view, light);
         path.throughput *= of.coat.weight(at.normal, view, light) * sum / coat;
       } else if (choice < coat + gloss) {
         mirror(of.gloss);
+        density = gloss / sum * of.gloss.density(at.normal, view, light);
         path.throughput = path.throughput.cwiseProduct(by_colour(path, [&](const Gloss& one) {
           return (1 - coat) * one.weight(at.normal, view, light) * sum / gloss;
         }));
         is_seen = of.gloss.metallic > 0;
       } else {
         light = cosine_sample(at.normal, point);
-        path.throughput = path.throughput.cwiseProduct(own) * (below * sum / matt);
+        density = matt / sum * of_matt();
+        path.throughput = path.throughput.cwiseProduct(own) * (parts.below * sum / matt);
       }
     }
+    if (light_.map) path.sky_share = density / (density + light_.map->density(light));
     path.is_seen = is_seen;
     path.is_direct = false;
     if (at.geometric_normal.dot(light) <= 0 || path.throughput.maxCoeff() <= 0) return false;
@@ -538,8 +608,8 @@ class Tile {
       const Path& path = paths_[i];
       Vec3f light;
       if (blocked_[i] != 0) {
-        light =
-            kFromNeighbours * surroundings(light_, path.surface.normal).cwiseProduct(albedo(path));
+        light = kFromNeighbours *
+                from_all_sides(light_, path.surface.normal).cwiseProduct(albedo(path));
       } else {
         light = open_light(path);
       }
@@ -550,9 +620,12 @@ class Tile {
   Vec3f open_light(const Path& path) const {
     const uint32_t plane = scene_.scene->plane_before(path.ray);
     if (plane == kNoBody) return beyond_all(path);
-    const float cosine = std::max(0.0f, scene_.scene->plane_normal(plane).dot(light_.to_sun));
-    return scene_.materials[plane].albedo.cwiseProduct(kSunnyPlane * cosine * light_.sun +
-                                                       light_.sky);
+    const Vec3f normal = scene_.scene->plane_normal(plane);
+    const float cosine = std::max(0.0f, normal.dot(light_.to_sun));
+    const Vec3f from_sky = light_.map ? light_.map->irradiance(normal) : light_.sky;
+    const RayMaterial& of = scene_.materials[plane];
+    return of.albedo.cwiseProduct(of.mean_pattern)
+        .cwiseProduct(kSunnyPlane * cosine * light_.sun + from_sky);
   }
 
   void keep(const TilePixel& pixel) {

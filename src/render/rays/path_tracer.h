@@ -26,13 +26,15 @@ struct PathSettings {
 
 // How a body's surface answers light.
 struct RayMaterial {
-  Vec3f albedo = Vec3f::Ones();  // linear
-  Gloss gloss, coat;             // of a metal `gloss.facing` follows from the colour
+  Vec3f albedo = Vec3f::Ones();        // linear
+  Vec3f mean_pattern = Vec3f::Ones();  // factor of it
+  Gloss gloss, coat;                   // of a metal `gloss.facing` follows from the colour
   // Shares of light (scene.h), and what is lost within, 1/m.
   float transmission = 0, emission = 0;
   Vec3f absorption = Vec3f::Zero();
   bool is_plane = false;
-  bool is_painted = false;  // in the colours of its mesh, not in `albedo`
+  bool is_painted = false;   // in the colours of its mesh, not in `albedo`
+  bool has_pattern = false;  // the surface's, which its colour is times
 };
 
 struct PathScene {

@@ -23,6 +23,7 @@ Vec3f in_basis(const Basis& basis, const Vec3f& axis, const Vec3f& v) {
 }  // namespace
 
 Vec3f background(const Lighting& light, const Vec3f& direction) {
+  if (light.map) return light.map->shown(direction);
   const float share = 1 - std::exp(-2.2f * std::max(direction.y(), 0.0f));
   return light.horizon + share * (light.zenith - light.horizon);
 }
@@ -107,6 +108,13 @@ float Gloss::weight(const Vec3f& normal, const Vec3f& view, const Vec3f& light) 
   const float open = masking(alpha, to_light);
   // Other facets are in the way of the rest, which those of a metal mirror once more.
   return once * (open + metallic * (1 - open) * once);
+}
+
+float Gloss::density(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const {
+  const float to_view = std::max(normal.dot(view), 1e-4f);
+  const Vec3f middle = (view + light).normalized();
+  const float d = squared(normal.dot(middle)) * (squared(alpha) - 1) + 1;
+  return masking(alpha, to_view) * squared(alpha / d) / (4 * static_cast<float>(kPi) * to_view);
 }
 
 }  // namespace pilesim

@@ -11,8 +11,14 @@ namespace pilesim {
 Vec3f background(const Lighting& light, const Vec3f& direction);
 
 // Radiance from `direction` (unit) where no surface is.
-inline const Vec3f& surroundings(const Lighting& light, const Vec3f& direction) {
+inline Vec3f surroundings(const Lighting& light, const Vec3f& direction) {
+  if (light.map) return light.map->radiance(direction);
   return direction.y() > 0 ? light.sky : light.bounce;
+}
+
+// The mean of it over the half of all directions about `normal`, by cosines.
+inline Vec3f from_all_sides(const Lighting& light, const Vec3f& normal) {
+  return light.map ? light.map->irradiance(normal) : surroundings(light, normal);
 }
 
 // Two units that are normal to `axis` (unit) and to each other.
@@ -50,6 +56,8 @@ struct Gloss {
   // view is mirrored on it.
   Vec3f facet(const Vec3f& normal, const Vec3f& view, const Eigen::Vector2f& point) const;
   float weight(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const;
+  // How often facet() mirrors the view to `light`, 1/sr.
+  float density(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const;
 };
 
 }  // namespace pilesim

@@ -80,6 +80,7 @@ RTCQuaternionDecomposition decomposition(const Placement& place, const Quatf& ne
 struct TracedPlane {
   uint32_t body;
   Vec3f point, normal;
+  Placement frame;
 };
 
 // Triangles of a shape's full mesh, shared with Embree.
@@ -264,6 +265,10 @@ struct RayScene::State {
                        : between(places[1], places[2], 2 * time - 1);
   }
 
+  const TracedPlane& plane(uint32_t body) const {
+    return *std::ranges::find(planes, body, &TracedPlane::body);
+  }
+
   // Planes are no part of Embree's scene, which has to end somewhere.
   void meet_planes(const Ray& ray, RayHit& hit) const {
     for (const TracedPlane& plane : planes) {
@@ -294,8 +299,10 @@ void RayScene::place(const TrajectoryFrame& frame, const Shutter& shutter) {
     const uint32_t shape = s.scene.shape[body];
     if (s.scene.is_plane[shape] != 0) {
       if ((frame.state[body] & kPresent) == 0) continue;
-      s.planes.push_back(
-          {body, s.scene.place(frame, body), frame.orientation[body] * Vec3f(0, 1, 0)});
+      s.planes.push_back({body,
+                          s.scene.place(frame, body),
+                          frame.orientation[body] * Vec3f(0, 1, 0),
+                          {s.scene.anchor(frame, body), frame.orientation[body]}});
     } else if (!s.scene.drawn(frame, body) || !s.meshes[shape].scene) {
       s.remove(body);
     } else {
@@ -365,8 +372,18 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   const float rounding =
       4e-6f * (result.position.cwiseAbs().maxCoeff() + ray.origin.cwiseAbs().maxCoeff());
   const uint32_t shape = s.scene.shape[hit.body];
+  const float across_m = ray.spread * hit.distance;
   if (s.scene.is_plane[shape] != 0) {
-    result.geometric_normal = result.normal = plane_normal(hit.body);
+    const TracedPlane& plane = s.plane(hit.body);
+    result.geometric_normal = result.normal = plane.normal;
+    if (!s.scene.pattern.empty()) {
+      const Quatf from_world = plane.frame.orientation.conjugate();
+      const Vec3f across =
+          spot_width(from_world * ray.direction.normalized(), Vec3f::UnitY(), across_m);
+      result.pattern = pattern_factor(s.scene.pattern[hit.body],
+                                      from_world * (result.position - plane.frame.position),
+                                      Vec3f::UnitY(), across);
+    }
     result.start = result.position + rounding * result.normal;
     result.off_m = rounding;
     return result;
@@ -383,7 +400,7 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   result.paint = vertex[0]->texture == 0
                      ? albedo_of(vertex[0]->paint)
                      : shown(*s.scene.meshes[shape].textures[vertex[0]->texture - 1], vertex,
-                             weight, ray.spread * hit.distance);
+                             weight, across_m);
   const Vec3f place = weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];
   const Placement body = s.now(hit.body, ray.time);
   const Vec3f seen_from = body.orientation.conjugate() * -ray.direction;
@@ -398,6 +415,10 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   for (size_t k = 0; k < 3; ++k) {
     const Vec3f up = side * normal[k];
     lift -= weight[k] * std::min(0.0f, (place - corner[k]).dot(up)) * up;
+  }
+  if (!s.scene.pattern.empty()) {
+    result.pattern = pattern_factor(s.scene.pattern[hit.body], place, flat,
+                                    spot_width(-seen_from.normalized(), flat, across_m));
   }
   const Eigen::Matrix3f rotation = body.orientation.toRotationMatrix();
   result.geometric_normal = rotation * flat;
@@ -418,11 +439,6 @@ uint32_t RayScene::plane_before(const Ray& ray) const {
   return hit.body;
 }
 
-Vec3f RayScene::plane_normal(uint32_t body) const {
-  const auto& planes = state_->planes;
-  return std::find_if(planes.begin(), planes.end(),
-                      [&](const TracedPlane& plane) { return plane.body == body; })
-      ->normal;
-}
+Vec3f RayScene::plane_normal(uint32_t body) const { return state_->plane(body).normal; }
 
 }  // namespace pilesim

@@ -42,9 +42,10 @@ struct RaySurface {
   // Those that go through it start here: as far off its other side.
   Vec3f beyond() const { return position - off_m * geometric_normal; }
   float off_m = 0;
-  Vec3f paint = Vec3f::Zero();  // linear, of its triangle or texture, where the mesh has such
-  bool closed = false;          // of a closed mesh,
-  bool inside = false;          // and the ray is about to leave it
+  Vec3f paint = Vec3f::Zero();    // linear, of its triangle or texture, where the mesh has such
+  Vec3f pattern = Vec3f::Ones();  // factor of its colour
+  bool closed = false;            // of a closed mesh,
+  bool inside = false;            // and the ray is about to leave it
 };
 
 // Where the bodies are while the shutter is open: from half of `share` of a frame before its time

@@ -52,6 +52,7 @@ struct RaysRenderer::State {
   Film film;
   Denoiser denoiser;
   Image image;
+  Lighting light;
 
   State(const TrajectoryHeader& header, const RenderSettings& wanted,
         const std::map<std::string, Material>& named, BodyColours colours,
@@ -60,7 +61,8 @@ struct RaysRenderer::State {
         plan(plan_of(wanted.rays)),
         scene(header, wanted.analysis ? BodyColours::analysis : colours),
         traced(scene),
-        materials(scene.shape.size()) {
+        materials(scene.shape.size()),
+        light(make_lighting(wanted.light)) {
     for (size_t body = 0; body < header.body_count(); ++body) {
       const auto found = named.find(header.materials[header.body_material[body]]);
       Look& look = looks.emplace_back(found == named.end() ? Look{} : found->second.look);
@@ -85,6 +87,9 @@ struct RaysRenderer::State {
       const PackedMaterial packed = scene.material_of(frame, body);
       material.albedo = albedo_of(packed);
       material.is_painted = is_painted(packed);
+      const PatternCode pattern = scene.pattern_of(frame, body);
+      material.has_pattern = pattern[0] != 0;
+      material.mean_pattern = mean_pattern(pattern);
       // At a roughness of 1 none is left that mirrors, as in the shaders.
       const Look& look = looks[body];
       const float alpha = alpha_of(look.roughness);
@@ -186,7 +191,7 @@ const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
       .focus_m = rays.focus_distance_m ? static_cast<float>(*rays.focus_distance_m)
                                        : scene.views[1].focus_m,
       .fade_distance_m = fade_distance(s.scene, *drawn.frame, scene.views[1]),
-      .light = make_lighting(s.settings.light)};
+      .light = s.light};
   s.film.begin(s.image.width, s.image.height);
   if (s.films) {
     s.trace_on(drawn, scene, settings);

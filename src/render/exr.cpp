@@ -1,4 +1,4 @@
-#include "render/dataset/exr.h"
+#include "render/exr.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -6,9 +6,11 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
 #pragma GCC diagnostic pop
 
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -17,6 +19,9 @@
 
 namespace pilesim {
 namespace {
+
+// Pixels. Sides of what is written, too.
+constexpr int kLongestSide = 16384, kLongestTile = 4096;
 
 // Where OpenEXR writes to: it goes back to fill in where rows are.
 class TextStream final : public Imf::OStream {
@@ -36,6 +41,26 @@ class TextStream final : public Imf::OStream {
 
  private:
   std::string text_;
+  size_t at_ = 0;
+};
+
+class BytesStream final : public Imf::IStream {
+ public:
+  explicit BytesStream(const std::string& bytes) : Imf::IStream("memory"), bytes_(bytes) {}
+  bool read(char to[], int count) override {
+    const auto size = static_cast<size_t>(count);
+    if (count < 0 || at_ > bytes_.size() || size > bytes_.size() - at_) {
+      throw UnreadableExr("ends too early");
+    }
+    std::memcpy(to, bytes_.data() + at_, size);
+    at_ += size;
+    return at_ < bytes_.size();
+  }
+  uint64_t tellg() override { return at_; }
+  void seekg(uint64_t place) override { at_ = place; }
+
+ private:
+  const std::string& bytes_;
   size_t at_ = 0;
 };
 
@@ -79,6 +104,48 @@ std::string exr_bytes(const std::filesystem::path& file, int width, int height,
 void write_exr(const std::filesystem::path& file, int width, int height,
                const std::vector<ExrChannel>& channels) {
   write_file_atomically(file, exr_bytes(file, width, height, channels));
+}
+
+ExrColours read_exr_colours(const std::string& bytes,
+                            const std::function<void(int64_t, int64_t)>& check_size) {
+  // OpenEXR takes memory for rows and tiles before it can be asked for their size.
+  Imf::Header::setMaxImageSize(kLongestSide, kLongestSide);
+  Imf::Header::setMaxTileSize(kLongestTile, kLongestTile);
+  BytesStream stream(bytes);
+  ExrColours result;
+  std::exception_ptr refusal;
+  try {
+    Imf::InputFile input(stream, 0);
+    const auto& window = input.header().dataWindow();
+    const int64_t width = int64_t{window.max.x} - window.min.x + 1;
+    const int64_t height = int64_t{window.max.y} - window.min.y + 1;
+    try {
+      check_size(width, height);
+    } catch (...) {
+      refusal = std::current_exception();
+      throw;
+    }
+    result.width = static_cast<int>(width);
+    result.height = static_cast<int>(height);
+    result.rgb.resize(3 * static_cast<size_t>(width * height));
+    const size_t step = 3 * sizeof(float), row = step * static_cast<size_t>(width);
+    Imf::FrameBuffer buffer;
+    for (size_t i = 0; i < 3; ++i) {
+      const char name[] = {"RGB"[i], '\0'};
+      const Imf::Channel* channel = input.header().channels().findChannel(name);
+      if (channel == nullptr) throw UnreadableExr("has no channel " + std::string(name));
+      if (channel->xSampling != 1 || channel->ySampling != 1) {
+        throw UnreadableExr("has not all pixels of the channel " + std::string(name));
+      }
+      buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, result.rgb.data() + i, window, step, row));
+    }
+    input.setFrameBuffer(buffer);
+    input.readPixels(window.min.y, window.max.y);
+  } catch (const std::exception& fault) {
+    if (refusal) std::rethrow_exception(refusal);
+    throw UnreadableExr(fault.what());
+  }
+  return result;
 }
 
 }  // namespace pilesim
