@@ -10,6 +10,7 @@
 #include "core/counted.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "job/run_model.h"
 #include "print.h"
 #include "render/cameras.h"
 #include "render/dataset/dataset_job.h"
@@ -17,7 +18,6 @@
 #include "render/render_job.h"
 #include "report/html.h"
 #include "scene/camera_path.h"
-#include "scene/scene_loader.h"
 #include "trajectory/named_bodies.h"
 
 namespace pilesim {
@@ -44,13 +44,6 @@ std::unique_ptr<TrajectoryReader> open_beside(const RenderArguments& options,
   return beside;
 }
 
-Scene scene_of(const TrajectoryHeader& header, const std::string& directory,
-               const std::vector<std::string>& overrides) {
-  return parse_scene(header.resolved_scene, std::filesystem::path(directory) / "trajectory.zarr",
-                     overrides)
-      .scene;
-}
-
 // Adds the overrides that --renderer, --quality and --samples abbreviate.
 void add_render_overrides(const TrajectoryHeader& header, RenderArguments& options) {
   Overrides& overrides = options.overrides;
@@ -72,8 +65,8 @@ void add_render_overrides(const TrajectoryHeader& header, RenderArguments& optio
     overrides.add("/render/rays/quality=\"" + word + "\"", "--quality", word);
   }
   if (options.samples) {
-    const Renderer renderer =
-        options.renderer.value_or(scene_of(header, options.input, overrides.texts).render.renderer);
+    const Renderer renderer = options.renderer.value_or(
+        stored_scene(header, options.input, overrides.texts).render.renderer);
     const std::string number = std::to_string(*options.samples);
     overrides.add(
         (renderer == Renderer::rays ? "/render/rays/samples=" : "/render/samples=") + number,
@@ -88,7 +81,7 @@ MakeRenderer by_rays(const RenderArguments& options, const std::filesystem::path
   return [&options, films](const TrajectoryHeader& header, const RenderSettings& settings,
                            BodyColours colours) {
     return std::make_unique<RaysRenderer>(
-        header, settings, scene_of(header, options.input, {}).materials, colours, films);
+        header, settings, stored_scene(header, options.input, {}).materials, colours, films);
   };
 }
 
@@ -223,7 +216,7 @@ void render(RenderArguments& options) {
   TrajectoryReader trajectory(options.input);
   std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
   add_render_overrides(trajectory.header(), options);
-  const Scene scene = scene_of(trajectory.header(), options.input, options.overrides.texts);
+  const Scene scene = stored_scene(trajectory.header(), options.input, options.overrides.texts);
   check_films(options, scene);
   hide_bodies(options, trajectory);
   if (beside) hide_bodies(options, *beside);

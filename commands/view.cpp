@@ -5,12 +5,12 @@
 #include "core/output_directory.h"
 #include "core/text.h"
 #include "frame_range.h"
+#include "job/run_model.h"
 #include "job/run_overlaps.h"
 #include "numbers.h"
 #include "options.h"
 #include "print.h"
 #include "render/scene_renderer.h"
-#include "scene/scene_loader.h"
 #include "trajectory/trajectory.h"
 #include "view/view_job.h"
 
@@ -46,9 +46,7 @@ std::string part_of(size_t shown, size_t all, const std::string& what) {
 
 void run_view_command(const ViewArguments& options) {
   TrajectoryReader trajectory(options.input);
-  const Scene scene =
-      parse_scene(trajectory.header().resolved_scene, fs::path(options.input) / "trajectory.zarr")
-          .scene;
+  const Scene scene = stored_scene(trajectory.header(), options.input);
   const fs::path directory = run_directory(options.input);
   ViewJob job{.output = options.output ? fs::path(*options.output) : directory / kViewFile,
               .beside = directory,
@@ -58,6 +56,7 @@ void run_view_command(const ViewArguments& options) {
                          .camera = scene.camera},
               .title = scene.name,
               .mode = mode_name(scene.simulator.mode),
+              .render = scene.render,
               .most_bodies = options.bodies,
               .force = options.force};
   if (job.choice.camera.keys.empty()) {

@@ -64,7 +64,8 @@ class Trajectory {
     this.id = reader.take(Uint32Array, n);
     this.shape = reader.take(Uint32Array, n);
     this.colour = reader.take(Uint8Array, 4 * n);  // and whether it moves
-    this.surface = reader.take(Uint8Array, 4 * n);  // roughness, clear coat, whether it is painted
+    this.surface = reader.take(Uint8Array, 4 * n);  // roughness, clear coat, whether it is painted, kind
+    this.pattern = reader.take(Float32Array, 2 * n);  // number, length in m
     this.low = reader.take(Float32Array, 3 * n);
     this.step = reader.take(Float32Array, n);
     this.firstKey = starts(reader.take(Uint32Array, n));

@@ -8,7 +8,7 @@ precision highp sampler2DShadow;
 const TURNED = `
 vec3 turned(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 `;
-const BODY_VERTEX = COMMON + TURNED + `
+const BODY_VERTEX = COMMON + SHADERS.surface + TURNED + `
 layout(location = 0) in vec3 point;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 place;
@@ -17,35 +17,43 @@ layout(location = 4) in vec4 colour;
 layout(location = 5) in vec4 paint;
 layout(location = 6) in vec2 onPicture;
 layout(location = 7) in vec4 surface;
+layout(location = 8) in vec2 ownPattern;
 uniform mat4 clip, shadow;
 uniform int first;
 uniform float bias;
-out vec3 at, facing, tint;
+uniform bool painted;
+uniform int clearOnes;  // 0: left out, 1: alone, 2: among the others
+out vec3 at, facing, tint, onBody, ownFacing;
 out vec4 inShadow;
 flat out vec3 own;
 out vec2 place2;
-flat out vec3 finish;
+flat out float kind;  // surface.glsl, 1: as colours that mean something have it
+flat out vec2 pattern;
 flat out int body;
 void main() {
   own = paint.rgb;
   place2 = onPicture;
-  finish = vec3(surface.xy, surface.z > 0.0 ? 1.0 : 0.0);
+  bool isGround = abs(255.0 * surface.w - 128.0) < 0.5;
+  kind = painted || isGround ? surface.w : 1.0;
+  pattern = painted || isGround ? ownPattern : vec2(0.0, 1.0);
   at = place + turned(turn, point);
   facing = turned(turn, normal);
+  onBody = point;
+  ownFacing = normal;
   tint = colour.rgb;
   inShadow = shadow * vec4(at + bias * normalize(facing), 1.0);
   body = first + gl_InstanceID;
-  gl_Position = colour.a < 0.5 ? vec4(2.0, 2.0, 2.0, 1.0) : clip * vec4(at, 1.0);
+  bool isClear = is_clear(is_painted(kind) ? without_paint(kind) : kind);
+  bool isDrawn = colour.a > 0.5 && (clearOnes == 2 || isClear == (clearOnes == 1));
+  gl_Position = isDrawn ? clip * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }`;
-const LIGHT = `
+const LIGHT = SHADERS.surface + SHADERS.background + SHADERS.lighting + SHADERS.tone + `
 uniform sampler2DShadow shadowMap;
-uniform float shadowTexel;
-uniform vec3 sun, eye;
-vec3 linear(vec3 c) { return c * (c * (c * 0.305306011 + 0.682171111) + 0.012522878); }
-vec3 shown(vec3 c) {
-  c = c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14);
-  return pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2));
-}
+uniform float shadowTexel, exposure;
+uniform vec3 eye;
+vec3 linear(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045))); }
+vec3 srgb(vec3 c) { return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308))); }
+vec4 shown(vec3 light) { return vec4(srgb(min(tone_mapped(exposure * light), vec3(1.0))), 1.0); }
 float lit(vec4 place) {
   if (shadowTexel <= 0.0) return 1.0;
   vec3 p = place.xyz * 0.5 + 0.5;
@@ -60,52 +68,69 @@ float lit(vec4 place) {
   return mix(1.0, sum / 8.0, rim.x * rim.y);
 }
 `;
-const BODY_FRAGMENT = COMMON + LIGHT + `
-in vec3 at, facing, tint;
+const SURFACE = COMMON + LIGHT + SHADERS.pattern + `
+in vec3 at, facing, tint, onBody, ownFacing;
 in vec4 inShadow;
 flat in vec3 own;  // square roots of linear light
 in vec2 place2;
-flat in vec3 finish;  // roughness, clear coat, whether it has its own colours
+flat in float kind;
+flat in vec2 pattern;
 flat in int body;
 uniform int picked;
-uniform bool painted, textured;
+uniform bool textured;
 uniform sampler2D picture;
 out vec4 result;
-vec3 skyTowards(float up) { return mix(vec3(0.30, 0.28, 0.27), vec3(0.60, 0.66, 0.74), 0.5 + 0.5 * up); }
-// Microfacet highlight of the sun; at a roughness of 0.45 it is as wide as a power of 47.
-float highlight(float roughness, float cosine) {
-  float power = 2.0 / pow(max(roughness, 0.15), 4.0) - 2.0;
-  return 0.1 * (power + 2.0) / 49.0 * pow(max(cosine, 0.0), power);
+// As surface.glsl has it, with the colour of the surface here.
+vec4 material() {
+  vec3 texel = texture(picture, place2).rgb;
+  vec3 width = sqrt(dFdx(onBody) * dFdx(onBody) + dFdy(onBody) * dFdy(onBody));
+  bool hasPaint = is_painted(kind);
+  vec3 albedo = hasPaint ? (textured ? texel : own * own) : linear(tint);
+  if (pattern.x > 0.5) albedo *= pattern_factor(pattern.x, pattern.y, onBody, ownFacing, width);
+  return vec4(sqrt(albedo), hasPaint ? without_paint(kind) : kind);
 }
+`;
+const BODY_FRAGMENT = SURFACE + `
 void main() {
   vec3 n = normalize(facing), v = normalize(eye - at);
   if (dot(n, v) < 0.0 && !gl_FrontFacing) n = -n;
-  vec3 texel = texture(picture, place2).rgb;
-  vec3 albedo = painted && finish.z > 0.5 ? (textured ? texel : own * own) : linear(tint);
-  float direct = max(dot(n, sun), 0.0) * lit(inShadow);
-  float middle = dot(n, normalize(sun + v));
-  vec3 c = albedo * (skyTowards(n.y) + direct * vec3(1.55, 1.46, 1.32)) + direct * highlight(finish.x, middle);
-  float coat = finish.y * (0.04 + 0.96 * pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 5.0));
-  c = mix(c, skyTowards(reflect(-v, n).y), coat) + finish.y * direct * highlight(0.0, middle);
+  vec3 light = radiance(n, material(), -v, length(eye - at), lit(inShadow), 1.0);
   if (body == picked) {
     float rim = pow(1.0 - max(dot(n, v), 0.0), 1.5);
-    c = mix(c, vec3(1.0, 0.72, 0.15), 0.28 + 0.72 * rim);
+    light = mix(light, vec3(1.0, 0.72, 0.15), 0.28 + 0.72 * rim);
   }
-  result = vec4(shown(c), 1.0);
+  result = shown(light);
 }`;
-const GROUND_FRAGMENT = COMMON + LIGHT + `
-in vec3 at, facing, tint;
-in vec4 inShadow;
-flat in int body;
-uniform vec4 fade;  // centre, radius
-uniform vec3 horizon;
-out vec4 result;
+// Light that a clear body lets through multiplies what is behind it, then light that it mirrors is
+// added: neither depends on the order of bodies.
+const CLEAR_FRAGMENT = SURFACE + `
+uniform float chord;   // mean way through the body, in widths of it; 0: a sheet
+uniform bool mirrors;
 void main() {
-  vec3 albedo = mix(linear(tint), vec3(0.62), 0.35);
-  float shade = lit(inShadow);
-  vec3 c = albedo * (vec3(0.60, 0.65, 0.72) + max(dot(normalize(facing), sun), 0.0) * shade * vec3(1.05, 0.99, 0.9));
-  float off = length(at - fade.xyz) / fade.w;
-  result = vec4(mix(shown(c), horizon, smoothstep(0.15, 1.0, off)), 1.0);
+  if (chord > 0.0 && !gl_FrontFacing) discard;
+  vec3 n = normalize(facing), v = normalize(eye - at);
+  if (!gl_FrontFacing) n = -n;
+  vec4 of = material();
+  float cosine = clamp(dot(n, v), 0.001, 1.0);
+  float edge = 1.0 - cosine;
+  float mirrored = 0.077 + 0.923 * edge * edge * edge * edge * edge;
+  if (mirrors) {
+    Gloss gloss = gloss_of(of.a);
+    float highlight = 0.04 * 50.0 * pow(max(dot(n, normalize(v + to_light)), 0.0), 400.0);
+    vec3 light = mirrored * mirrored_light(reflect(-v, n), gloss) + highlight * key_radiance;
+    result = body == picked ? vec4(1.0, 0.72, 0.15, 1.0) * mix(0.28, 1.0, edge) : shown(light);
+  } else {
+    float within = sqrt(1.0 - (1.0 - cosine * cosine) / 2.25);
+    vec3 albedo = max(of.rgb * of.rgb, vec3(0.001));
+    vec3 light = (1.0 - mirrored) * (chord > 0.0 ? pow(albedo, vec3(1.5 * chord * within)) : albedo);
+    result = vec4(srgb(light), 1.0);
+  }
+}`;
+const GROUND_FRAGMENT = SURFACE + `
+void main() {
+  vec3 ray = at - eye;
+  float away = length(ray);
+  result = shown(radiance(normalize(facing), material(), ray / away, away, lit(inShadow), 1.0));
 }`;
 const DEPTH_FRAGMENT = COMMON + `
 void main() {}`;
@@ -117,18 +142,17 @@ void main() {
   result = vec4(n & 255, (n >> 8) & 255, (n >> 16) & 255, 255) / 255.0;
 }`;
 const BACKDROP_VERTEX = COMMON + `
-out float height;
-uniform vec2 tilt;
+out vec3 ray;
+uniform vec3 ahead, right, up;
 void main() {
   vec2 p = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0;
-  height = tilt.x + tilt.y * p.y;
+  ray = ahead + p.x * right + p.y * up;
   gl_Position = vec4(p, 0.9999, 1.0);
 }`;
-const BACKDROP_FRAGMENT = COMMON + `
-in float height;
-uniform vec3 horizon;
+const BACKDROP_FRAGMENT = COMMON + LIGHT + `
+in vec3 ray;
 out vec4 result;
-void main() { result = vec4(mix(horizon, vec3(0.60, 0.69, 0.78), smoothstep(0.0, 0.9, height)), 1.0); }`;
+void main() { result = shown(backdrop * background(normalize(ray))); }`;
 const SIGN_VERTEX = COMMON + `
 layout(location = 0) in vec3 point;
 uniform mat4 clip;
@@ -143,8 +167,6 @@ void main() {
   result = ink;
 }`;
 
-const HORIZON = [0.906, 0.914, 0.918];
-const SUN = unit([0.42, 0.82, 0.38]);
 const INSTANCE = 8;  // floats: position, rotation, colour as four bytes
 
 class Renderer {
@@ -156,7 +178,7 @@ class Renderer {
     this.shadowSize = Math.min(2048, gl.getParameter(gl.MAX_TEXTURE_SIZE));
     this.programs = {
       body: this.program(BODY_VERTEX, BODY_FRAGMENT), ground: this.program(BODY_VERTEX, GROUND_FRAGMENT),
-      depth: this.program(BODY_VERTEX, DEPTH_FRAGMENT), pick: this.program(BODY_VERTEX, PICK_FRAGMENT),
+      clear: this.program(BODY_VERTEX, CLEAR_FRAGMENT), depth: this.program(BODY_VERTEX, DEPTH_FRAGMENT), pick: this.program(BODY_VERTEX, PICK_FRAGMENT),
       backdrop: this.program(BACKDROP_VERTEX, BACKDROP_FRAGMENT), sign: this.program(SIGN_VERTEX, SIGN_FRAGMENT),
     };
     this.empty = gl.createVertexArray();
@@ -214,12 +236,20 @@ class Renderer {
     this.surfaces = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, this.surfaces);
     gl.bufferData(gl.ARRAY_BUFFER, trajectory.surface, gl.STATIC_DRAW);
+    this.patterns = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.patterns);
+    gl.bufferData(gl.ARRAY_BUFFER, trajectory.pattern, gl.STATIC_DRAW);
+    this.hasClear = false;
+    for (let body = 0; body < n; ++body) {
+      const special = trajectory.surface[4 * body + 3] % 64 - 1;
+      if (trajectory.surface[4 * body + 3] < 128 && special >= 10 && special < 20) this.hasClear = true;
+    }
     this.batches = [];
     for (let first = 0; first < n;) {
       let last = first;
       while (last < n && trajectory.shape[last] === trajectory.shape[first]) ++last;
       const shape = trajectory.shape[first], mesh = trajectory.meshes[shape];
-      this.batches.push({ first, count: last - first, isPlane: PLANES.has(shape),
+      this.batches.push({ first, count: last - first, isPlane: PLANES.has(shape), chord: ABOUT.meshes[shape].chord,
         levels: mesh.levels.map((level) => this.mesh(mesh, level, first)) });
       first = last;
     }
@@ -254,7 +284,9 @@ class Renderer {
     gl.vertexAttribPointer(4, 4, gl.UNSIGNED_BYTE, true, stride, at + 28);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.surfaces);
     gl.vertexAttribPointer(7, 4, gl.UNSIGNED_BYTE, true, 4, 4 * first);
-    for (const i of [0, 1, 2, 3, 4, 7]) {
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.patterns);
+    gl.vertexAttribPointer(8, 2, gl.FLOAT, false, 8, 8 * first);
+    for (const i of [0, 1, 2, 3, 4, 7, 8]) {
       gl.enableVertexAttribArray(i);
       if (i > 1) gl.vertexAttribDivisor(i, 1);
     }
@@ -297,7 +329,7 @@ class Renderer {
     const far = norm(minus(view.eye, scene.centre)) + 60 * scene.radius;
     const near = Math.max(norm(minus(view.eye, view.target)) / 60, far / 30000);
     this.clip = product(perspective(view.fov, aspect, near, far), looking(view.eye, view.target));
-    this.shadow = product(orthographic(1.25 * scene.radius), looking(add(scene.centre, times(SUN, 0.001 * scene.radius)), scene.centre));
+    this.shadow = product(orthographic(1.25 * scene.radius), looking(add(scene.centre, times(ABOUT.light.to_sun, 0.001 * scene.radius)), scene.centre));
     this.aspect = aspect;
   }
 
@@ -309,13 +341,21 @@ class Renderer {
     gl.uniform1f(at.bias, 2.5 * 2.5 * scene.radius / this.shadowSize);
     gl.uniform1i(at.shadowMap, 0);
     gl.uniform1f(at.shadowTexel, this.shadows ? 1 / this.shadowSize : 0);
-    gl.uniform3fv(at.sun, SUN);
+    this.useLight(at);
+    gl.uniform1f(at.fade_distance, 0.4 * scene.reach);
+    gl.uniform1i(at.clearOnes, 0);
     gl.uniform3fv(at.eye, view.eye);
     gl.uniform1i(at.picked, this.picked);
     gl.uniform1i(at.painted, this.painted ? 1 : 0);
     gl.uniform1i(at.picture, 1);
-    gl.uniform3fv(at.horizon, HORIZON);
-    gl.uniform4f(at.fade, ...scene.ground, scene.reach);
+  }
+
+  useLight(at) {
+    const gl = this.gl, light = ABOUT.light;
+    for (const [name, key] of [["to_light", "to_sun"], ["key_radiance", "sun"], ["sky_radiance", "sky"],
+      ["bounce_radiance", "bounce"], ["horizon", "horizon"], ["zenith", "zenith"]]) gl.uniform3fv(at[name], light[key]);
+    gl.uniform1f(at.backdrop, light.backdrop);
+    gl.uniform1f(at.exposure, light.exposure);
   }
 
   drawBatches(program, planes, level) {
@@ -324,6 +364,7 @@ class Renderer {
       if (batch.isPlane !== planes) continue;
       const mesh = batch.levels[Math.min(level, batch.levels.length - 1)];
       gl.uniform1i(program.at.first, batch.first);
+      gl.uniform1f(program.at.chord, batch.chord);
       gl.bindVertexArray(mesh.array);
       let from = 0;
       for (const [picture, count] of mesh.runs) {
@@ -356,8 +397,11 @@ class Renderer {
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.shadowMap);
     gl.useProgram(programs.backdrop.id);
-    gl.uniform3fv(programs.backdrop.at.horizon, HORIZON);
-    gl.uniform2f(programs.backdrop.at.tilt, unit(minus(view.target, view.eye))[1], Math.tan(view.fov / 2));
+    this.useLight(programs.backdrop.at);
+    const high = Math.tan(view.fov / 2), axes = looking(view.eye, view.target), axis = (i, s) => [s * axes[i], s * axes[4 + i], s * axes[8 + i]];
+    gl.uniform3fv(programs.backdrop.at.ahead, axis(2, -1));
+    gl.uniform3fv(programs.backdrop.at.right, axis(0, high * this.aspect));
+    gl.uniform3fv(programs.backdrop.at.up, axis(1, high));
     gl.depthMask(false);
     gl.bindVertexArray(this.empty);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
@@ -366,7 +410,23 @@ class Renderer {
     this.drawBatches(programs.ground, true, 0);
     this.use(programs.body, view, scene, this.clip);
     this.drawBatches(programs.body, false, this.coarse ? 1 : 0);
+    if (this.hasClear && this.painted) this.drawClear(view, scene);
     this.drawSigns(signs);
+  }
+
+  drawClear(view, scene) {
+    const gl = this.gl, program = this.programs.clear;
+    this.use(program, view, scene, this.clip);
+    gl.uniform1i(program.at.clearOnes, 1);
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    for (const mirrors of [false, true]) {
+      gl.uniform1i(program.at.mirrors, mirrors ? 1 : 0);
+      gl.blendFunc(mirrors ? gl.ONE : gl.ZERO, mirrors ? gl.ONE : gl.SRC_COLOR);
+      this.drawBatches(program, false, this.coarse ? 1 : 0);
+    }
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
   }
 
   // Translucent: {kind: "triangles" | "lines" | "points", points: Float32Array, ink: [r, g, b, a]};
@@ -417,6 +477,7 @@ class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.matrices(view, scene);
     this.use(this.programs.pick, view, scene, this.clip);
+    gl.uniform1i(this.programs.pick.at.clearOnes, 2);
     this.drawBatches(this.programs.pick, true, 0);
     this.drawBatches(this.programs.pick, false, 0);
     const pixel = new Uint8Array(4);

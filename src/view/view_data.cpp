@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/body_flags.h"
+#include "render/draw_list.h"
 #include "render/image_output.h"
 
 namespace pilesim {
@@ -269,6 +270,7 @@ void make_meshes(const ExportSource& source, ViewData& data) {
     view.name = shapes[s].name;
     view.is_plane = shapes[s].is_plane;
     view.radius_m = meshes[s].radius_m;
+    view.mean_chord_m = meshes[s].mean_chord_m;
     view.full_triangles = meshes[s].levels[0].index_count / 3;
     if (users[s] == 0) {
       view.levels.resize(2);
@@ -374,7 +376,12 @@ std::string view_bytes(const ExportSource& source, const ViewData& data, const s
     for (const float share : {look.roughness, look.clear_coat}) {
       append(bytes, static_cast<uint8_t>(std::lround(255 * share)));
     }
-    append(bytes, std::array<uint8_t, 2>{static_cast<uint8_t>(look.is_painted ? 1 : 0), 0});
+    append(bytes, std::array<uint8_t, 2>{static_cast<uint8_t>(look.is_painted ? 1 : 0),
+                                         surface_kind(source.header(), bodies[i].id)});
+  }
+  for (const uint32_t i : data.shown) {
+    const auto& patterns = source.header().body_pattern;
+    append(bytes, patterns.empty() ? PatternCode{0, 1} : patterns[bodies[i].id]);
   }
   for (const ViewTrack& track : data.tracks) {
     for (const float value : track.low) append(bytes, value);

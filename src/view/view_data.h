@@ -24,6 +24,7 @@ struct ViewMesh {
   bool is_painted = false;   // has its own colours, which a painted body shows
   bool is_textured = false;  // also has pictures
   float radius_m = 0;
+  float mean_chord_m = 0;              // of RenderMesh
   std::vector<RenderVertex> vertices;  // body frame
   std::vector<ViewLevel> levels;       // 2, finer first
   size_t full_triangles = 0;           // of the original mesh

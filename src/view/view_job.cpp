@@ -8,6 +8,7 @@
 #include "core/counted.h"
 #include "core/output_directory.h"
 #include "core/text.h"
+#include "render/lighting.h"
 #include "view/view_page.h"
 #include "view/view_signs.h"
 
@@ -40,6 +41,7 @@ Json meshes_json(const ViewData& data) {
     meshes.push_back({{"name", mesh.name},
                       {"is_plane", mesh.is_plane},
                       {"radius_m", mesh.radius_m},
+                      {"chord", mesh.radius_m > 0 ? 0.5f * mesh.mean_chord_m / mesh.radius_m : 0},
                       {"vertices", mesh.vertices.size()},
                       {"is_painted", mesh.is_painted},
                       {"is_textured", mesh.is_textured},
@@ -106,6 +108,29 @@ Json picture_sizes(const ViewData& data) {
   return sizes;
 }
 
+// As the rasteriser has it. A sky from a file is shown by its mean light.
+Json light_json(const RenderSettings& settings) {
+  const Lighting light = make_lighting(settings.light);
+  const auto numbers = [](const Vec3f& v) { return Json{v.x(), v.y(), v.z()}; };
+  Vec3f sky = light.sky, bounce = light.bounce, horizon = light.horizon, zenith = light.zenith;
+  Vec3f to_sun = light.to_sun, sun = light.sun;
+  if (light.map) {
+    const RasterSky raster = raster_sky(*light.map, std::nullopt, !sun.isZero());
+    sky = irradiance(raster.harmonics, Vec3f::UnitY());
+    bounce = irradiance(raster.harmonics, -Vec3f::UnitY());
+    horizon = 0.5f * (sky + bounce);
+    zenith = sky;
+    if (sun.isZero()) {
+      to_sun = raster.to_sun;
+      sun = raster.sun;
+    }
+  }
+  return {{"to_sun", numbers(to_sun)},   {"sun", numbers(sun)},
+          {"sky", numbers(sky)},         {"bounce", numbers(bounce)},
+          {"horizon", numbers(horizon)}, {"zenith", numbers(zenith)},
+          {"backdrop", light.backdrop},  {"exposure", exposure_factor(settings.exposure)}};
+}
+
 Json about_json(const ExportSource& source, const ViewData& data, const ViewJob& job) {
   const double last_s = source.time_s(data.every * (data.frames - 1)), first_s = source.time_s(0);
   const double apart = data.frames > 1 ? (last_s - first_s) / static_cast<double>(data.frames - 1)
@@ -134,9 +159,9 @@ Json about_json(const ExportSource& source, const ViewData& data, const ViewJob&
           {"camera", camera_json(source, data)},
           {"scene",
            {{"centre", {c.x(), c.y(), c.z()}},
-            {"ground", {c.x(), c.y(), c.z()}},
             {"radius", data.radius_m},
             {"reach", kGroundReach * data.radius_m}}},
+          {"light", light_json(job.render)},
           {"meshes", meshes_json(data)},
           {"pictures", picture_sizes(data)}};
 }

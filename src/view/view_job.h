@@ -16,6 +16,7 @@ struct ViewJob {
   std::filesystem::path beside;  // directory with guide.json and piles.json, if they exist
   ExportChoice choice;           // frames evenly spaced; the camera has at least one key
   std::string title, mode;       // of the scene, plain text
+  RenderSettings render;         // of the scene: its light and exposure
   uint64_t most_bodies = 0;      // most moving bodies to show; if there are more, an even sample
   OverlapMeter overlaps;
   bool force = false;  // replace an existing page

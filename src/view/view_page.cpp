@@ -65,8 +65,8 @@ std::string base64(const std::string& bytes) {
 std::string view_page(const nlohmann::ordered_json& about, const std::string& bytes) {
   using namespace page_parts;
   std::string script;
-  for (const std::string_view part : {page_math_js, page_data_js, page_renderer_js, page_camera_js,
-                                      page_colours_js, page_main_js}) {
+  for (const std::string_view part : {page_math_js, page_data_js, page_shaders_js, page_renderer_js,
+                                      page_camera_js, page_colours_js, page_main_js}) {
     script += part;
   }
   std::string html;

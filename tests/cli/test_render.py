@@ -156,6 +156,42 @@ class Render(CommandTest):
             self.assertGreater(light[1], 1.1 * light[0], renderer)
             self.assertGreater(light[2], 1.1 * light[1], renderer)
 
+    def picture(self, run, *options):
+        self.succeed("render", run, "-o", "drawn", "--frames", "last", "--no-video", "--force", *options)
+        return (self.dir / "drawn/frames/frame.0015.png").read_bytes()
+
+    def test_a_light_by_name_is_that_light_whatever_the_run_has_stored(self):
+        def lit(light):
+            return lambda scene: scene["render"].update(light=light)
+
+        self.succeed("simulate", self.write_scene(lit({"sun": 4, "azimuth_deg": 10})), "-o", "stored")
+        self.succeed("simulate", self.write_scene(lit({"name": "evening"})), "-o", "evening")
+        self.assertEqual(self.picture("stored", "--set", "/render/light/name=evening"), self.picture("evening"))
+        self.assertNotEqual(self.picture("stored"), self.picture("evening"))
+
+    def test_a_sky_lies_beside_the_scene_or_beside_the_run(self):
+        def sky(light):
+            return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n" + bytes((light, light, light, 128)) * 128
+
+        def with_sky(scene):
+            scene["render"]["light"] = {"sky_file": "sky.hdr"}
+
+        (self.dir / "sky.hdr").write_bytes(sky(128))
+        self.succeed("simulate", self.write_scene(with_sky), "-o", "runs/sky")
+        for renderer in ("raster", "rays"):
+            self.assertNotEqual(self.picture("runs/sky", "--renderer", renderer), self.picture("out", "--renderer", renderer))
+        beside_scene = self.picture("runs/sky")
+        (self.dir / "runs/sky/sky.hdr").write_bytes(sky(40))
+        self.assertNotEqual(self.picture("runs/sky"), beside_scene)
+        (self.dir / "runs/sky/sky.hdr").write_bytes(sky(40)[:99])
+        broken = self.expect_exit(3, "render", "runs/sky", "-o", "none", "--frames", "last", "--no-video")
+        self.assertIn("sky.hdr: /render/light/sky_file: is broken", broken.stderr)
+        (self.dir / "runs/sky/sky.hdr").unlink()
+        (self.dir / "sky.hdr").unlink()
+        missing = self.expect_exit(4, "render", "runs/sky", "-o", "none", "--frames", "last", "--no-video")
+        self.assertIn("sky.hdr", missing.stderr)
+        self.assertFalse((self.dir / "none").exists())
+
     def test_an_orbit_turns_a_still_frame(self):
         self.succeed("render", "out", "--orbit", "0.2s", "-o", "turned", "--renderer", "raster")
         cameras = json.loads((self.dir / "turned/cameras.json").read_text())["frames"]

@@ -43,6 +43,7 @@ class Page:
         self.id, self.shape = self.take("u4", n), self.take("u4", n)
         self.colour = self.take("u1", 4 * n).reshape(n, 4)
         self.surface = self.take("u1", 4 * n).reshape(n, 4)
+        self.pattern = self.take("f4", 2 * n).reshape(n, 2)
         self.low, self.step = self.take("f4", 3 * n).reshape(n, 3), self.take("f4", n)
         keys, changes = self.take("u4", n), self.take("u4", n)
         self.first = numpy.concatenate([[0], numpy.cumsum(keys)]).astype(int)
@@ -222,7 +223,25 @@ class View(CommandTest):
         self.succeed("simulate", self.write_scene(glossy), "-o", "out/a", "--force")
         page = self.page()
         for body, name in enumerate(page.names):
-            self.assertEqual(page.surface[body].tolist(), [255, 0, 0, 0] if name == "ground" else [51, 153, 0, 0])
+            self.assertEqual(page.surface[body].tolist(), [255, 0, 0, 128] if name == "ground" else [51, 153, 0, 225])
+
+    def test_has_what_bodies_are_made_of_their_patterns_and_the_light(self):
+        def ground_of_planks(scene):
+            scene["materials"]["wood"].update(look="glass", roughness=0.5)
+            scene["materials"]["floor"] = {"look": "wood", "pattern_m": 0.5}
+            scene["bodies"][0]["material"] = "floor"
+            scene["render"] = {"exposure": 1, "light": {"name": "dark", "azimuth_deg": 90, "elevation_deg": 30}}
+
+        self.succeed("simulate", self.write_scene(ground_of_planks), "-o", "out/a", "--force")
+        page = self.page()
+        for body, name in enumerate(page.names):
+            self.assertEqual(page.pattern[body].tolist(), [3, 0.5] if name == "ground" else [0, 0.25])
+            # Of clear bodies the kind is 65 + 10 + roughness in ninths.
+            self.assertEqual(page.surface[body, 3], 128 if name == "ground" else 80)
+        light = page.about["light"]
+        self.assertEqual(light["exposure"], 2)
+        self.assertLess(max(abs(a - b) for a, b in zip(light["to_sun"], (0.75**0.5, 0.5, 0))), 1e-6)
+        self.assertLess(max(light["zenith"]), 0.05)
 
     def test_overlaps_need_the_scene(self):
         (self.dir / "scene.json").rename(self.dir / "moved.json")
