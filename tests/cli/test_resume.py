@@ -28,8 +28,9 @@ def figures(directory):
     return report["quality_at_end"], report["quality_of_run"], report["interrupted"], report["scene"]
 
 
-def slow_scene(scene):
-    scene.update(duration_s=12, frame_rate=60)
+def eventful(scene):
+    """120 frames: from 25 on bodies come late, from 50 on one is hit, from 80 on another is gone."""
+    scene.update(duration_s=2, frame_rate=60)
     scene["emitters"][0].update(count=[4, 5, 4], spacing=[0.3, 0.3, 0.3])
     scene["emitters"].append(
         {
@@ -40,33 +41,33 @@ def slow_scene(scene):
             "centre": [0, 3, 0],
             "count": [2, 1, 2],
             "spacing": [0.5, 0.5, 0.5],
-            "start_s": 2,
+            "start_s": 0.4,
         }
     )
     scene["events"] = [
-        {"type": "impulse", "time_s": 4, "bodies": ["boxes/9"], "impulse": [20, 5, 3]},
-        {"type": "remove", "time_s": 6, "bodies": ["boxes/3"]},
+        {"type": "impulse", "time_s": 0.8, "bodies": ["boxes/9"], "impulse": [20, 5, 3]},
+        {"type": "remove", "time_s": 1.3, "bodies": ["boxes/3"]},
     ]
 
 
 def particles(scene):
-    slow_scene(scene)
+    eventful(scene)
     scene["emitters"][0]["count"] = [12, 12, 12]
     scene["simulator"] = {"mode": "particle"}
 
 
 def pile(scene):
-    slow_scene(scene)
+    eventful(scene)
     scene["piles"] = [{"angle_deg": 35, "centre": [0, 0]}]
 
 
 class Resume(CommandTest):
     def expect_same_after_kills(self, command, scene):
-        self.succeed(command, scene, "-o", "a", "--threads", "2", "--inspect-every", "200")
-        resumed = (command, scene, "-o", "b", "--resume", "--inspect-every", "200")
-        # Each comes 130 frames further: after what begins late, the impulse, and the removal.
+        self.succeed(command, scene, "-o", "a", "--threads", "2", "--inspect-every", "35")
+        resumed = (command, scene, "-o", "b", "--resume", "--inspect-every", "35")
+        # Each comes 35 frames further: after what begins late, the impulse, and the removal.
         for fault, code in (("kill", -signal.SIGKILL), (signal.SIGINT, 130), ("kill", -signal.SIGKILL)):
-            struck = self.at_change(command, fault, 130, "/b/checkpoint.bin")
+            struck = self.at_change(command, fault, 35, "/b/checkpoint.bin")
             self.expect_exit(code, *resumed, "--checkpoint", "0", env=struck)
         result = self.succeed(*resumed, "--threads", "1")
         self.assertRegex(result.stdout, r"resumed after \d+ frames")
@@ -80,11 +81,11 @@ class Resume(CommandTest):
         self.assertIn("nothing was left to do", result.stdout)
 
     def test_impulse(self):
-        self.expect_same_after_kills("simulate", self.write_scene(slow_scene))
+        self.expect_same_after_kills("simulate", self.write_scene(eventful))
 
     def test_bullet(self):
         def by_bullet(scene):
-            slow_scene(scene)
+            eventful(scene)
             scene["simulator"] = {"engine": "bullet"}
 
         self.expect_same_after_kills("simulate", self.write_scene(by_bullet))
@@ -263,28 +264,28 @@ class From(CommandTest):
 class Render(CommandTest):
     def setUp(self):
         super().setUp()
-        self.succeed("simulate", self.write_scene(lambda s: s.update(duration_s=6)), "-o", "run")
+        self.succeed("simulate", self.write_scene(lambda s: s.update(duration_s=1)), "-o", "run")
 
     def drawn(self):
         return len(list(self.dir.glob("b/frames/frame.*.png")))
 
     def test_a_killed_one_ends_with_the_same_bytes(self):
-        command = ("render", "run", "--size", "160x120")
+        command = ("render", "run", "--size", "96x72")
         self.succeed(*command, "-o", "a")
-        struck = self.at_change("render", "kill", 21, ".png", under=self.dir / "b/frames")
+        struck = self.at_change("render", "kill", 9, ".png", under=self.dir / "b/frames")
         self.expect_exit(-signal.SIGKILL, *command, "-o", "b", env=struck)
-        self.assertIn(self.drawn(), range(1, 181))
+        self.assertIn(self.drawn(), range(1, 31))
         first = self.dir / "b/frames/frame.0000.png"
         before = os.stat(first).st_mtime_ns
         result = self.expect_exit(3, "render", "run", "-o", "b", "--resume")
         self.assertIn("other options", result.stderr)
         result = self.succeed(*command, "-o", "b", "--resume")
-        self.assertRegex(result.stdout, r"181 frames \(\d+ of them drawn before\)")
+        self.assertRegex(result.stdout, r"31 frames \(\d+ of them drawn before\)")
         self.assertEqual(os.stat(first).st_mtime_ns, before)
         self.assertEqual(tree_bytes(self.dir / "b"), tree_bytes(self.dir / "a"))
 
     def test_a_picture_that_is_damaged_is_drawn_again(self):
-        command = ("render", "run", "--size", "160x120", "--frames", "0-9", "--no-video")
+        command = ("render", "run", "--size", "96x72", "--frames", "0-9", "--no-video")
         self.succeed(*command, "-o", "a")
         shutil.copytree(self.dir / "a", self.dir / "b")
         picture = self.dir / "b/frames/frame.0004.png"
@@ -300,7 +301,7 @@ class Render(CommandTest):
 
     FILMS = ("--renderer", "rays", "--size", "64x48", "--keep-films")
 
-    def render_films(self, output, *more, frames="178-"):
+    def render_films(self, output, *more, frames="28-"):
         return self.succeed("render", "run", *self.FILMS, "--frames", frames, "-o", output, *more)
 
     def test_more_samples_go_on_from_films_to_the_same_bytes(self):
@@ -315,7 +316,7 @@ class Render(CommandTest):
         self.assertIn("3 of them drawn before", result.stdout)
         # And are what the pictures are without any.
         without = [word for word in self.FILMS if word != "--keep-films"]
-        self.succeed("render", "run", *without, "--frames", "178-", "--samples", "7", "-o", "c")
+        self.succeed("render", "run", *without, "--frames", "28-", "--samples", "7", "-o", "c")
         self.assertEqual(tree_bytes(self.dir / "c/frames"), tree_bytes(self.dir / "a/frames"))
         self.assertFalse((self.dir / "c/films").exists())
 
@@ -330,7 +331,7 @@ class Render(CommandTest):
              "other options"),
         ):
             result = self.expect_exit(3, "render", "run", "--renderer", "rays", "--keep-films",
-                                      "--set", "/render/size=[64, 48]", "--frames", "178-", *more,
+                                      "--set", "/render/size=[64, 48]", "--frames", "28-", *more,
                                       "-o", "b", "--resume")
             self.assertIn(words, result.stderr)
         self.assertEqual(tree_bytes(self.dir / "b"), before)
@@ -340,16 +341,16 @@ class Render(CommandTest):
 
     def test_force_begins_anew_and_removes_films(self):
         self.render_films("b", "--samples", "3")
-        self.render_films("b", "--samples", "2", "--force", frames="179-")
+        self.render_films("b", "--samples", "2", "--force", frames="29-")
         names = sorted(path.name for path in (self.dir / "b/films").iterdir())
-        self.assertEqual(names, ["frame.0179.film", "frame.0180.film"])
+        self.assertEqual(names, ["frame.0029.film", "frame.0030.film"])
         self.succeed("render", "run", "--frames", "0", "-o", "b", "--force")
         self.assertEqual(list((self.dir / "b/films").iterdir()), [])
 
     def test_a_picture_that_was_stopped_and_killed_half_way_goes_on(self):
         command = ("render", "run", *self.FILMS, "--samples", "1500", "--frames", "last")
         self.succeed(*command, "-o", "a")
-        film = self.dir / "b/films/frame.0180.film"
+        film = self.dir / "b/films/frame.0030.film"
         struck = self.at_change("render", signal.SIGINT, 1, "/b/films")
         self.assertIn("--resume", self.expect_exit(130, *command, "-o", "b", env=struck).stderr)
         self.assertEqual(self.drawn(), 0)

@@ -57,9 +57,11 @@ class Bench:
             self.references.append(Reference(self.place))
             self.restore("prepared")
         start = time.monotonic()
-        code, errors = self.run(case.command)
+        log = self.place.parent / "changes.log"
+        code, errors = self.run(case.command, self.failing_disk("none", 0, log))
         self.duration_s = time.monotonic() - start
         require(code == 0, case.name, "fails:", errors)
+        self.changes_of_first = changes_in(log)
         self.reference = Reference(self.place)
         self.references += [self.reference, Reference(self.kept("prepared"))]
 
@@ -98,12 +100,14 @@ class Bench:
 
     def changes(self, start, subcommand=None):
         """The changes to files that the command makes, in their order: (operation, path)."""
+        if start == "prepared" and subcommand is None:
+            return self.changes_of_first
         log = self.place.parent / "changes.log"
         log.unlink(missing_ok=True)
         self.restore(start)
         code, errors = self.run(None, self.failing_disk("none", 0, log, subcommand))
         require(code == 0, errors)
-        return [line.split(" ", 1) for line in log.read_text().splitlines()]
+        return changes_in(log)
 
     def check(self, **how):
         check(self.place, self.references, OWN_FILES, **how)
@@ -174,6 +178,10 @@ class Bench:
         if code == 130:
             require_no_temporaries(self.place)
         return {0: "whole", 130: "shorter"}.get(code, "at once")
+
+
+def changes_in(log):
+    return [line.split(" ", 1) for line in log.read_text().splitlines()]
 
 
 def require_no_temporaries(place):

@@ -115,11 +115,11 @@ def batch(place):
     def change(document):
         document.update(frame_rate=30, duration_s=0.5)
         document["cameras"] = [{"name": "views", "random_views": {
-            "count": 2, "target": [0, 0, 0], "distance_m": [2, 3], "elevation_deg": [40, 80]}}]
+            "count": 1, "target": [0, 0, 0], "distance_m": [2, 3], "elevation_deg": [40, 80]}}]
 
     scene(place, change)
     (place / "plan.json").write_text(json.dumps({
-        "version": 1, "scene": "scene.json", "count": 3, "collect": ["coco", "bop", "tar"], "tar_jobs": 2,
+        "version": 1, "scene": "scene.json", "count": 2, "collect": ["coco", "bop", "tar"], "tar_jobs": 2,
         "steps": [["simulate"], ["render", "--frames", "last", "--camera", "views", "--no-video", "--passes",
                                  "depth,ids", "--annotations", "coco,bop"]]}))
 

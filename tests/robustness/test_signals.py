@@ -110,7 +110,7 @@ class Simulate(SignalTest):
 class Render(SignalTest):
     def setUp(self):
         super().setUp()
-        self.succeed("simulate", self.write_scene(), "-o", "run", "--set", "/frame_rate=1000")
+        self.succeed("simulate", self.write_scene(), "-o", "run", "--set", "/frame_rate=120")
 
     def start_rendering(self):
         """It has stopped after two pictures, and goes on with SIGCONT."""
@@ -246,7 +246,7 @@ class SampleSignature(SignalTest):
 
     def test_asked_to_stop_again_and_again_it_gets_there_all_the_same(self):
         (self.dir / "a.obj").write_text(self.MESH)
-        settings = ("--trials", "60", "--exemplars", "2", "--no-accuracy")
+        settings = ("--trials", "60", "--exemplars", "2", "--no-accuracy", "--pours", "0")
         self.succeed("sample-signature", "a.obj", "-o", "whole.sig", *settings)
         partial = self.dir / "a.sig.partial"
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -27,7 +27,7 @@ NAMESPACES = next(
 )
 # The command that runs as an ordinary user, since root may do anything to files.
 POWERLESS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
-QUICK = ("--trials", "4", "--exemplars", "2", "--no-accuracy")
+QUICK = ("--trials", "4", "--exemplars", "2", "--no-accuracy", "--pours", "0")
 
 
 class Streams(CommandTest):
