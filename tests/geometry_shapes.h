@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/philox.h"
+#include "geometry/mass_properties.h"
 #include "geometry/mesh.h"
 #include "support/random_vectors.h"
 
@@ -31,6 +32,8 @@ inline TriangleMesh torus_mesh(double major, double minor, uint32_t around, uint
   }
   return mesh;
 }
+
+inline double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
 
 inline TriangleMesh moved(TriangleMesh mesh, const Pose& pose) {
   for (Vec3& vertex : mesh.vertices) vertex = pose.apply(vertex);

@@ -26,7 +26,7 @@ struct Turning {
   double energy() const { return spin.dot(momentum()) / 2; }
 };
 
-Quat random_turn(Philox& random) {
+Quat any_turn(Philox& random) {
   const double angle = random.uniform(0, 2 * kPi);
   return Quat(Eigen::AngleAxisd(angle, random.direction()));
 }
@@ -41,8 +41,8 @@ Vec3 random_moments(Philox& random) {
 Turning random_body(Philox& random) {
   Turning body;
   body.moments = random_moments(random);
-  body.axes = random_turn(random);
-  body.orientation = random_turn(random);
+  body.axes = any_turn(random);
+  body.orientation = any_turn(random);
   return body;
 }
 

@@ -17,7 +17,7 @@
 namespace pilesim {
 namespace {
 
-std::unique_ptr<Simulator> simulate(const SmallModel& m) {
+std::unique_ptr<Simulator> by_exact_engine(const SmallModel& m) {
   return make_impulse_simulator(m.scene, m.model, make_exact_engine(m.scene, m.model));
 }
 
@@ -50,7 +50,7 @@ TEST(Rolling, BallsOfAllMassesStopWhereTheirCoefficientSays) {
     ways.push_back(speed * speed / (2 * braking));
     longest_s = std::max(longest_s, speed / braking);
   }
-  const auto simulator = simulate(m);
+  const auto simulator = by_exact_engine(m);
   const std::vector<Vec3> before = simulator->states().position;
   run(*simulator, static_cast<int>(60 * longest_s) + 10);
   for (size_t i = 0; i < kBalls; ++i) {
@@ -86,7 +86,7 @@ TEST(Rolling, AnImpactKeepsMomentum) {
       mass[side] = body.mass_kg;
       inertia[side] = 0.4 * mass[side] * radius[side] * radius[side];
     }
-    const auto simulator = simulate(m);
+    const auto simulator = by_exact_engine(m);
     const BodyStates& states = simulator->states();
     const auto sum = [&](const std::vector<Vec3>& of, const double* by) {
       return Vec3(by[0] * of[0] + by[1] * of[1]);
@@ -136,7 +136,7 @@ TEST(Rolling, AHeapSleepsAndIsTheSameAtAnyNumberOfThreads) {
   std::vector<std::string> hashes;
   for (const int threads : {1, 2, 4}) {
     set_thread_count(threads);
-    const auto simulator = simulate(m);
+    const auto simulator = by_exact_engine(m);
     run(*simulator, 60);
     Hasher hasher;
     hasher.add_values(std::span<const Vec3>(simulator->states().position));

@@ -14,6 +14,10 @@
 
 namespace pilesim {
 
+namespace test {
+inline constexpr double kGravity = 9.81;  // of a scene that names none, m/s^2
+}
+
 struct SmallModel {
   Scene scene;
   Model model;

@@ -17,9 +17,8 @@
 namespace pilesim {
 namespace {
 
+using test::volume;
 using ::testing::HasSubstr;
-
-double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
 
 std::vector<Vec3> grid_cube(int cells) {
   std::vector<Vec3> points;

@@ -17,7 +17,7 @@
 namespace pilesim {
 namespace {
 
-double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
+using test::volume;
 
 TriangleMesh box_at(const Vec3& position, const Vec3& size) {
   return test::moved(box_mesh(size), {.position = position, .orientation = Quat::Identity()});

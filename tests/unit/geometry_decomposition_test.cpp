@@ -24,12 +24,11 @@ namespace {
 using test::blob_mesh;
 using test::l_shape_mesh;
 using test::scaled;
+using test::volume;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Lt;
 using testing::SizeIs;
-
-double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
 
 double volume_sum(const std::vector<TriangleMesh>& pieces) {
   double sum = 0;

@@ -27,9 +27,8 @@ namespace {
 
 using test::joined;
 using test::moved;
+using test::volume;
 using testing::HasSubstr;
-
-double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
 
 // Volume of both meshes together, which may cross.
 double volume_of_union(const TriangleMesh& a, const TriangleMesh& b) {

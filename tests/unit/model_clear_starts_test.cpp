@@ -18,7 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-Model build(const std::string& entries) {
+Model built(const std::string& entries) {
   return build_model(parse(R"({"version": 1, "materials": {"m": {}}, "shapes": {
     "ball": {"type": "sphere", "radius": 0.1}, "box": {"type": "box", "size": [1, 1, 1]},
     "stick": {"type": "box", "size": [0.02, 0.5, 0.02]},
@@ -47,8 +47,8 @@ double deepest_of_balls(const Model& model) {
 }
 
 TEST(ClearStarts, DisksAtOnePlaceKnowEachOther) {
-  const Model alone = build("\"emitters\": [" + disk("a") + "]");
-  const Model both = build("\"emitters\": [" + disk("a") + ", " + disk("b") + "]");
+  const Model alone = built("\"emitters\": [" + disk("a") + "]");
+  const Model both = built("\"emitters\": [" + disk("a") + ", " + disk("b") + "]");
   EXPECT_EQ(alone.starts_moved, 0u);
   EXPECT_GT(both.starts_moved, 5u);
   EXPECT_THAT(both.start_overlaps, IsEmpty());
@@ -66,7 +66,7 @@ TEST(ClearStarts, DisksAtOnePlaceKnowEachOther) {
 TEST(ClearStarts, BodiesThatAreClearStayToTheLastBit) {
   const std::string far = R"("emitters": [)" + disk("a") + R"(, {"name": "b", "type": "disk",
     "shape": "ball", "material": "m", "centre": [9, 1, 0], "radius": 0.6, "height": 1, "count": 40}])";
-  const Model there = build(far);
+  const Model there = built(far);
   const Emitter source = parse(R"({"version": 1, "materials": {"m": {}}, "shapes": {
     "ball": {"type": "sphere", "radius": 0.1}}, )" +
                                far + "}")
@@ -80,7 +80,7 @@ TEST(ClearStarts, BodiesThatAreClearStayToTheLastBit) {
 
 TEST(ClearStarts, FixedBodiesAreInTheWayAtAnyTime) {
   for (const std::string more : {"", ", \"start_s\": 2", ", \"rate_hz\": 5"}) {
-    const Model model = build(R"("bodies": [{"shape": "box", "material": "m", "role": "static",
+    const Model model = built(R"("bodies": [{"shape": "box", "material": "m", "role": "static",
       "position": [0.9, 1, 0]}], "emitters": [)" +
                               disk("a", more) + "]");
     EXPECT_GT(model.starts_moved, 3u) << more;
@@ -93,7 +93,7 @@ TEST(ClearStarts, FixedBodiesAreInTheWayAtAnyTime) {
 }
 
 TEST(ClearStarts, PlacesThatTheSceneGivesAreReportedAndKept) {
-  const Model model = build(R"("bodies": [
+  const Model model = built(R"("bodies": [
     {"name": "ground", "shape": "plane", "material": "m", "role": "static"},
     {"name": "crate", "shape": "box", "material": "m", "position": [0, 0.5, 0]},
     {"name": "deep", "shape": "box", "material": "m", "position": [5, 0.3, 0]}],
@@ -114,13 +114,13 @@ TEST(ClearStarts, PlacesThatTheSceneGivesAreReportedAndKept) {
 }
 
 TEST(ClearStarts, TouchingIsNoOverlapNorIsWhoComesLater) {
-  EXPECT_THAT(build(R"("bodies": [
+  EXPECT_THAT(built(R"("bodies": [
     {"shape": "plane", "material": "m", "role": "static"},
     {"shape": "box", "material": "m", "position": [0, 0.5, 0]},
     {"shape": "box", "material": "m", "position": [0, 1.4999999, 0]}])")
                   .start_overlaps,
               IsEmpty());
-  EXPECT_THAT(build(R"("emitters": [{"type": "stream", "shape": "ball", "material": "m",
+  EXPECT_THAT(built(R"("emitters": [{"type": "stream", "shape": "ball", "material": "m",
     "position": [0, 1, 0], "count": 20, "rate_hz": 100}])")
                   .start_overlaps,
               IsEmpty());
@@ -136,27 +136,27 @@ TEST(ClearStarts, BodiesThatWaitForEachOtherStartInsideNothing) {
     };
     return "\"emitters\": [" + stream("s") + ", " + stream("t") + "]";
   };
-  const Model both = build(streams(""));
+  const Model both = built(streams(""));
   ASSERT_EQ(both.start_overlaps.size(), 1u);
   EXPECT_EQ(both.start_overlaps[0].a, 0u);
   EXPECT_EQ(both.start_overlaps[0].b, 20u);
   EXPECT_EQ(find_start_overlaps(both).size(), 1u);
-  EXPECT_THAT(build(streams(", \"start_s\": 1")).start_overlaps, IsEmpty());
+  EXPECT_THAT(built(streams(", \"start_s\": 1")).start_overlaps, IsEmpty());
   // No body waits for fixed ones.
   const std::string wall = R"("bodies": [{"shape": "box", "material": "m", "role": "static",
     "position": [0.5, 1, 0]}], )";
-  EXPECT_EQ(build(wall + streams(", \"start_s\": 1")).start_overlaps.size(), 40u);
+  EXPECT_EQ(built(wall + streams(", \"start_s\": 1")).start_overlaps.size(), 40u);
 }
 
 // Sticks with strongly overlapping bounding spheres may still be clear of one another.
 TEST(ClearStarts, ShapesCountAndNotTheirBalls) {
-  const Model model = build(R"("emitters": [{"name": "s", "type": "grid", "shape": "stick",
+  const Model model = built(R"("emitters": [{"name": "s", "type": "grid", "shape": "stick",
     "material": "m", "count": [10, 1, 10], "spacing": [0.03, 1, 0.03], "orientation": [1, 0, 0, 0]}])");
   EXPECT_THAT(model.start_overlaps, IsEmpty());
 }
 
 TEST(ClearStarts, WhereThereIsNoRoomItIsSaid) {
-  const Model model = build(R"("emitters": [{"name": "full", "type": "disk", "shape": "box",
+  const Model model = built(R"("emitters": [{"name": "full", "type": "disk", "shape": "box",
     "material": "m", "centre": [0, 0, 0], "radius": 1, "height": 1, "count": 20}])");
   EXPECT_FALSE(model.start_overlaps.empty());
   EXPECT_THAT(describe_start_overlaps(model), ElementsAre(HasSubstr("inside one another")));
@@ -165,7 +165,7 @@ TEST(ClearStarts, WhereThereIsNoRoomItIsSaid) {
 
 // A box of many triangles with a mesh as collision shape, and a plane, against the closed form.
 TEST(BodyDistances, AreOfWhatCollides) {
-  const Model model = build(R"("bodies": [
+  const Model model = built(R"("bodies": [
     {"shape": "plane", "material": "m", "role": "static"},
     {"shape": "ball", "material": "m"}, {"shape": "box", "material": "m"}])");
   const BodyDistances distances(model);

@@ -9,16 +9,16 @@
 namespace pilesim {
 namespace {
 
-constexpr double kEdge = 0.2;
+constexpr double kSide = 0.2;
 
-struct Boxes : SmallModel {
-  explicit Boxes(const std::vector<Vec3>& centres) {
+struct PiledBoxes : SmallModel {
+  explicit PiledBoxes(const std::vector<Vec3>& centres) {
     scene.step_s = 1.0 / 120;
     scene.piles = {
         {.angle = radians(35), .method = Method::dissertation, .centre = GroundPoint(0, 0)}};
     const uint32_t wood = material(0.1, 0.5);
     body(plane(), wood, Vec3::Zero(), Role::fixed);
-    const uint32_t shape = box(Vec3::Constant(kEdge));
+    const uint32_t shape = box(Vec3::Constant(kSide));
     for (const Vec3& centre : centres) body(shape, wood, centre);
   }
 };
@@ -28,14 +28,14 @@ struct Boxes : SmallModel {
 TEST(PileAsWritten, BodiesThatScoreMoreThanTauSleep) {
   for (const double speed : {0.0, 1.0}) {
     for (const double distance_m : {0.0, 0.1}) {
-      const Vec3 centre(distance_m, kEdge / 2, 0);
-      Boxes boxes({centre});
+      const Vec3 centre(distance_m, kSide / 2, 0);
+      PiledBoxes boxes({centre});
       StackingStructure structure(PileShape(boxes.scene.piles[0], GroundPoint::Zero()),
-                                  16 * std::pow(kEdge, 3), std::sqrt(3.0) * kEdge);
-      ASSERT_TRUE(structure.count(centre.y(), distance_m, std::pow(kEdge, 3), false));
+                                  16 * std::pow(kSide, 3), std::sqrt(3.0) * kSide);
+      ASSERT_TRUE(structure.count(centre.y(), distance_m, std::pow(kSide, 3), false));
       const size_t layer = structure.layer_at(centre.y());
       const double radius_m = structure.layers()[layer].reach_m;
-      const double score = std::pow(kEdge, 3) / structure.layers()[layer].volume_m3 *
+      const double score = std::pow(kSide, 3) / structure.layers()[layer].volume_m3 *
                            (radius_m - distance_m) / radius_m / (1 + speed);
       for (const double share : {0.99, 1.01}) {
         boxes.scene.piles[0].tau = share * score;
@@ -53,9 +53,9 @@ TEST(PileAsWritten, BodiesThatScoreMoreThanTauSleep) {
 // for some time; a layer that stays as dense wakes nothing again.
 TEST(PileAsWritten, ALayerThatBecomesTooDenseWakesAllOnce) {
   // A steep cone for 16 cubes is four layers high, and 8 of them are 0.86 of the lowest one.
-  std::vector<Vec3> centres = {{30, kEdge / 2, 0}};
-  for (int i = 0; i < 8; ++i) centres.push_back({0.01 * i, kEdge / 2, 0});
-  Boxes boxes(centres);
+  std::vector<Vec3> centres = {{30, kSide / 2, 0}};
+  for (int i = 0; i < 8; ++i) centres.push_back({0.01 * i, kSide / 2, 0});
+  PiledBoxes boxes(centres);
   boxes.scene.piles[0].angle = radians(80);
   boxes.scene.piles[0].tau = 0.999;  // nothing else falls asleep
   ConstructedWorld world(boxes);
@@ -72,7 +72,7 @@ TEST(PileAsWritten, ALayerThatBecomesTooDenseWakesAllOnce) {
 // 5.2.4: "it is necessary to wake the entire pile". The project's method wakes the bodies that the
 // impact can move.
 TEST(PileAsWritten, AHardHitWakesTheWholePile) {
-  Boxes boxes({{0, kEdge / 2, 0}, {30, kEdge / 2, 0}, {0, 0.5, 0}});
+  PiledBoxes boxes({{0, kSide / 2, 0}, {30, kSide / 2, 0}, {0, 0.5, 0}});
   for (const double speed : {1.0, 50.0}) {
     ConstructedWorld world(boxes);
     world.asleep[1] = world.asleep[2] = 1;
@@ -87,11 +87,11 @@ TEST(PileAsWritten, AHardHitWakesTheWholePile) {
 // "The only change to the fundamental simulation is a new criterion."
 TEST(PileAsWritten, NothingIsSteered) {
   std::vector<Vec3> centres;
-  for (int i = 0; i < 12; ++i) centres.push_back(kEdge * Vec3(0, 0.5 + i, 0));
-  const Boxes boxes(centres);
+  for (int i = 0; i < 12; ++i) centres.push_back(kSide * Vec3(0, 0.5 + i, 0));
+  const PiledBoxes boxes(centres);
   ConstructedWorld world(boxes);
   for (uint32_t body = 1; body < world.motions.size(); ++body) {
-    world.rest(body, body - 1, kEdge / 2);
+    world.rest(body, body - 1, kSide / 2);
     world.motions[body].linear_velocity = {0.3, 0, 0};
   }
   ReposeDirector director(boxes.scene, boxes.model);

@@ -9,7 +9,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kEdge = 0.2;
+constexpr double kBoxEdge = 0.2;
 
 // A container 1 m wide and 0.4 m deep on the ground, with boxes that fall into it.
 struct Container : SmallModel {
@@ -28,7 +28,7 @@ struct Container : SmallModel {
       body(across, wood, {0, kRim / 2, side}, Role::fixed);
       body(along, wood, {side, kRim / 2, 0}, Role::fixed);
     }
-    const uint32_t shape = box(Vec3::Constant(kEdge));
+    const uint32_t shape = box(Vec3::Constant(kBoxEdge));
     first = static_cast<uint32_t>(model.bodies.size());
     for (int i = 0; i < boxes; ++i) {
       ModelBody& fallen = body(shape, wood, {0.1 * std::sin(i), 1.4, 0.1 * std::cos(2.0 * i)});
@@ -103,7 +103,7 @@ TEST(PileInAContainer, RisesOverTheRimAndSpills) {
     for (const Vec3& position : simulator->states().position) {
       highest = std::max(highest, position.y());
     }
-    EXPECT_GT(highest, Container::kRim + kEdge) << "a cone on top";
+    EXPECT_GT(highest, Container::kRim + kBoxEdge) << "a cone on top";
     EXPECT_LT(highest, 1.3) << "all have come down";
     const int inside = 80 - container.outside(simulator->states());
     EXPECT_GE(inside, 27);
@@ -114,7 +114,7 @@ TEST(PileInAContainer, RisesOverTheRimAndSpills) {
     }
   }
   for (size_t i = 0; i < surplus.size(); ++i) {
-    EXPECT_GT(surplus[i], -kEdge / 4) << "a hollow at " << 0.1 * static_cast<double>(i);
+    EXPECT_GT(surplus[i], -kBoxEdge / 4) << "a hollow at " << 0.1 * static_cast<double>(i);
   }
 }
 
@@ -127,9 +127,9 @@ TEST(PileThatIsHit, MomentumIsConserved) {
   const uint32_t ice = small.material(0.1, 0);
   const uint32_t iron = small.material(0.1, 0, 8000);
   small.body(small.plane(), ice, Vec3::Zero(), Role::fixed);
-  const uint32_t shape = small.box(Vec3::Constant(kEdge));
-  for (const double x : {0.0, 0.3, 0.6}) small.body(shape, ice, {x, kEdge / 2, 0});
-  ModelBody& ball = small.body(small.sphere(kEdge / 2), iron, {-4, kEdge / 2, 0});
+  const uint32_t shape = small.box(Vec3::Constant(kBoxEdge));
+  for (const double x : {0.0, 0.3, 0.6}) small.body(shape, ice, {x, kBoxEdge / 2, 0});
+  ModelBody& ball = small.body(small.sphere(kBoxEdge / 2), iron, {-4, kBoxEdge / 2, 0});
   ball.linear_velocity = {6, 0, 0};
   ball.start_s = 1.5;
   const double momentum = ball.mass_kg * 6;

@@ -11,14 +11,15 @@
 #include "pile/guide/guided_simulator.h"
 #include "pile/guide/surface_profile.h"
 #include "support/small_model.h"
+#include "support/small_simulation.h"
 
 namespace pilesim {
 namespace {
 
 // A column of cubes of 0.2 m, or `scale` times that, on the ground: bodies 1 .. count, from below.
 // Time scales with the root of the scale, so that all columns move alike.
-struct Column : SmallModel {
-  explicit Column(int count, double scale = 1) {
+struct BoxColumn : SmallModel {
+  explicit BoxColumn(int count, double scale = 1) {
     scene.frame_rate = 60 / std::sqrt(scale);
     scene.step_s = std::sqrt(scale) / 240;
     scene.guide.emplace().hold = HoldKind::freeze;
@@ -30,12 +31,8 @@ struct Column : SmallModel {
   uint32_t wood = 0;
 };
 
-void run(GuidedSimulator& simulator, int frames) {
-  for (int frame = 0; frame < frames; ++frame) simulator.step_frame();
-}
-
 TEST(Guide, StandingBodiesAreFixedAndDoNotDrift) {
-  Column column(5);
+  BoxColumn column(5);
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 10);
   EXPECT_EQ(simulator.frames().back().counts.held, 5);
@@ -46,7 +43,7 @@ TEST(Guide, StandingBodiesAreFixedAndDoNotDrift) {
 }
 
 TEST(Guide, WithoutControlItOnlyTells) {
-  Column column(3);
+  BoxColumn column(3);
   column.scene.guide->control = false;
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 10);
@@ -55,7 +52,7 @@ TEST(Guide, WithoutControlItOnlyTells) {
 }
 
 TEST(Guide, BodiesOutsideItAreLeftAlone) {
-  Column column(4);
+  BoxColumn column(4);
   column.model.guide = box_mesh({2, 0.7, 2});  // up to 0.35 m: the lower two
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 10);
@@ -66,7 +63,7 @@ TEST(Guide, BodiesOutsideItAreLeftAlone) {
 // A leaning column: its upper half overhangs, but each cube alone would stand.
 TEST(Guide, HoldsAsAWholeWhatStandsBodyByBody) {
   for (const bool control : {true, false}) {
-    Column column(6);
+    BoxColumn column(6);
     column.scene.guide->control = control;
     for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.x() = 0.06 * i;
     GuidedSimulator simulator(column.scene, column.model);
@@ -78,7 +75,7 @@ TEST(Guide, HoldsAsAWholeWhatStandsBodyByBody) {
 TEST(Guide, AHitKnocksLooseWhatItCouldMoveAtAnyScale) {
   for (const double scale : {0.05, 1.0, 20.0}) {
     for (const double speed : {0.05, 6.0}) {
-      Column column(5, scale);
+      BoxColumn column(5, scale);
       const uint32_t ball = column.sphere(0.15 * scale);
       ModelBody& thrown = column.body(ball, column.wood, scale * Vec3(-0.27, 0.5, 0));
       thrown.linear_velocity = Vec3(speed * std::sqrt(scale), 0, 0);
@@ -93,7 +90,7 @@ TEST(Guide, AHitKnocksLooseWhatItCouldMoveAtAnyScale) {
 
 // Each starts a tenth inside the next. They separate slowly before they are fixed.
 TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
-  Column column(6);
+  BoxColumn column(6);
   for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.y() = 0.1 + 0.18 * (i - 1);
   GuidedSimulator simulator(column.scene, column.model);
   double fastest = 0;
@@ -116,7 +113,7 @@ TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
 // Otherwise a high pile would lean before its overlaps are gone.
 TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
   const auto control_steps = [](double spacing, int frames) {
-    Column column(12);
+    BoxColumn column(12);
     for (int i = 1; i <= 12; ++i) {
       column.model.bodies[i].pose.position.y() = 0.1 + spacing * (i - 1);
     }
@@ -133,7 +130,7 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
 
 // Whatever its mass: further objects may be placed on a guide's pile.
 TEST(Guide, ASlowContactIsNoImpact) {
-  Column column(5);
+  BoxColumn column(5);
   column.scene.guide->most_speed = 0.02;   // so that the ball itself is not fixed
   column.scene.guide->neighbours = false;  // nor frees the column by mere contact
   const uint32_t ball = column.sphere(0.15);
@@ -149,7 +146,7 @@ TEST(Guide, ASlowContactIsNoImpact) {
 }
 
 TEST(Guide, ASixthOfAFallIsAnImpact) {
-  Column column(5);
+  BoxColumn column(5);
   column.scene.guide->most_speed = 0.02;
   column.scene.guide->neighbours = false;  // as above
   const uint32_t ball = column.sphere(0.15);
@@ -164,7 +161,7 @@ TEST(Guide, ASixthOfAFallIsAnImpact) {
 
 TEST(Guide, BodiesThatPenetrateByThreePerCentOfARadiusSeparateFirst) {
   const auto held = [](double share) {
-    Column column(2);
+    BoxColumn column(2);
     column.model.bodies[2].pose.position.y() -= share * 0.1 * std::sqrt(3);
     GuidedSimulator simulator(column.scene, column.model);
     run(simulator, 1);
@@ -175,7 +172,7 @@ TEST(Guide, BodiesThatPenetrateByThreePerCentOfARadiusSeparateFirst) {
 }
 
 TEST(Guide, MovingBodiesAreNotFixed) {
-  Column column(1);
+  BoxColumn column(1);
   column.model.bodies[1].linear_velocity = {2, 0, 0};
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 60);
@@ -184,7 +181,7 @@ TEST(Guide, MovingBodiesAreNotFixed) {
 }
 
 TEST(Guide, ABodyWithoutSupportIsReleased) {
-  Column column(3);
+  BoxColumn column(3);
   column.model.events.push_back({0.5, ModelEvent::Kind::remove, {1}, Vec3::Zero(), {}});
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 30);
@@ -199,7 +196,7 @@ TEST(Guide, ABodyWithoutSupportIsReleased) {
 }
 
 TEST(Guide, ABodyThatWaitsForItsReleaseCarries) {
-  Column column(3);
+  BoxColumn column(3);
   column.model.bodies[1].held = true;
   column.model.bodies[1].pose.position.y() += 1;
   column.model.bodies[2].pose.position.y() += 1;
@@ -213,7 +210,7 @@ TEST(Guide, ABodyThatWaitsForItsReleaseCarries) {
 }
 
 TEST(Guide, BodiesThatFallIntoItAreControlledFromThenOn) {
-  Column column(1);
+  BoxColumn column(1);
   column.model.guide = box_mesh({2, 1, 2});
   column.model.bodies[1].pose.position.y() = 1.2;
   GuidedSimulator simulator(column.scene, column.model);
@@ -225,7 +222,7 @@ TEST(Guide, BodiesThatFallIntoItAreControlledFromThenOn) {
 }
 
 TEST(Guide, SaysWhereBodiesAreHeld) {
-  Column column(4);
+  BoxColumn column(4);
   GuidedSimulator simulator(column.scene, column.model);
   run(simulator, 30);
   ASSERT_FALSE(simulator.constraints().empty());
@@ -244,7 +241,7 @@ TEST(Guide, SaysWhereBodiesAreHeld) {
 TEST(Guide, TheSameSceneGivesTheSameBits) {
   std::vector<Vec3> first;
   for (int round = 0; round < 2; ++round) {
-    Column column(6);
+    BoxColumn column(6);
     const uint32_t ball = column.sphere(0.15);
     column.body(ball, column.wood, {-1, 0.5, 0.03}).linear_velocity = {5, 0, 0};
     GuidedSimulator simulator(column.scene, column.model);
@@ -255,7 +252,7 @@ TEST(Guide, TheSameSceneGivesTheSameBits) {
 }
 
 TEST(Guide, NeedsTheImpulseMode) {
-  Column column(1);
+  BoxColumn column(1);
   column.scene.simulator.mode = SimulatorMode::statistical;
   EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
   column.scene.simulator.mode = SimulatorMode::impulse;
@@ -278,7 +275,7 @@ TEST(Guide, FitSeesAllOfALargeBody) {
 }
 
 TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
-  Column column(4);
+  BoxColumn column(4);
   const BodyStates states = column.states();
   column.model.guide = box_mesh({0.2, 0.8, 0.2});  // its lower half is below the ground
   const GuideFit fit = measure_guide_fit(column.scene, column.model, states);

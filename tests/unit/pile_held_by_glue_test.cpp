@@ -7,6 +7,7 @@
 #include "pile/guide/guided_simulator.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
+#include "support/small_simulation.h"
 
 #include <gtest/gtest.h>
 
@@ -25,10 +26,6 @@ struct Shelf : SmallModel {
     for (int i = 1; i <= count; ++i) body(cube, wood, {0.2 * i, 2, 0});
   }
 };
-
-void run(GuidedSimulator& simulator, int frames) {
-  for (int frame = 0; frame < frames; ++frame) simulator.step_frame();
-}
 
 TEST(HeldByGlue, AShelfStays) {
   Shelf shelf(3);

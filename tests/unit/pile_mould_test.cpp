@@ -258,9 +258,9 @@ TEST(Mould, BodiesThatTouchOnlyTheMouldAreLeftOut) {
 }
 
 // A guide of 0.6 m above the ground or embedded in it, in a world that also has a fixed body.
-struct Standing : SmallModel {
+struct Immersed : SmallModel {
   template <typename Fixed>
-  Standing(double low_m, const Fixed& fixed) {
+  Immersed(double low_m, const Fixed& fixed) {
     scene.frame_rate = 60;
     scene.step_s = 1.0 / 240;
     scene.guide.emplace().file = "guide.obj";
@@ -299,30 +299,30 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
   constexpr double kTouching = 1e-3;
   // By less than a cell, and by more.
   for (const double low : {-0.003, -0.01, -0.15}) {
-    const Standing embedded(low, nothing);
+    const Immersed embedded(low, nothing);
     EXPECT_LT(embedded.deepest(), kTouching) << low;
     EXPECT_GT(embedded.filling.kept, 40) << low;
   }
   for (const double turn : {0.3, 0.5, 0.7}) {
-    const Standing with_a_block(0, [turn](SmallModel& world, uint32_t stone) {
+    const Immersed with_a_block(0, [turn](SmallModel& world, uint32_t stone) {
       world.body(world.box({0.2, 0.3, 0.9}), stone, {0.1, 0.15, 0}, Role::fixed).pose.orientation =
           Eigen::AngleAxisd(turn, Vec3(1, 2, 3).normalized());
     });
     EXPECT_LT(with_a_block.deepest(), kTouching) << turn;
     EXPECT_GT(with_a_block.filling.kept, 40) << turn;
   }
-  const Standing with_a_shelf(0, [](SmallModel& world, uint32_t stone) {  // thinner than a cell
+  const Immersed with_a_shelf(0, [](SmallModel& world, uint32_t stone) {  // thinner than a cell
     world.body(world.box({2, 0.02, 2}), stone, {0, 0.3, 0}, Role::kinematic);
   });
   EXPECT_LT(with_a_shelf.deepest(), kTouching);
   EXPECT_GT(with_a_shelf.filling.kept, 40);
-  const Standing with_a_ball(0, [](SmallModel& world, uint32_t stone) {
+  const Immersed with_a_ball(0, [](SmallModel& world, uint32_t stone) {
     world.body(world.sphere(0.15), stone, {0.1, 0.3, 0}, Role::fixed);
   });
   EXPECT_LT(with_a_ball.deepest(), kTouching);
   // A step that is a mesh, closed, and a cloth on the ground, which is open.
   for (const bool is_open : {false, true}) {
-    const Standing with_a_mesh(0, [&](SmallModel& world, uint32_t stone) {
+    const Immersed with_a_mesh(0, [&](SmallModel& world, uint32_t stone) {
       const uint32_t step = world.box({2, 0.24, 2});
       ModelShape& shape = world.model.shapes[step];
       shape.pieces.clear();
@@ -367,8 +367,8 @@ TEST(Mould, ComesDownBesideWhatStands) {
 }
 
 TEST(Mould, SaysWhetherItIsInTheAir) {
-  EXPECT_FALSE(Standing(0, nothing).filling.floats);
-  const Standing high(0.5, nothing);
+  EXPECT_FALSE(Immersed(0, nothing).filling.floats);
+  const Immersed high(0.5, nothing);
   EXPECT_TRUE(high.filling.floats);
   EXPECT_EQ(high.filling.hanging, 0) << "all are kept";
 }

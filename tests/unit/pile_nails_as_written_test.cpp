@@ -16,7 +16,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kEdge = 0.2;
+constexpr double kCube = 0.2;
 
 // A slope with this friction and `slope` = tan that falls along `azimuth` in the plane of the
 // tangents, under a body with its four contacts.
@@ -105,8 +105,8 @@ struct Column : SmallModel {
     guide.hold = HoldKind::nail;
     wood = material(0, 0.7);
     body(plane(), wood, Vec3::Zero(), Role::fixed);
-    const uint32_t cube = box(Vec3::Constant(kEdge));
-    for (int i = 0; i < count; ++i) body(cube, wood, kEdge * Vec3(0, 0.5 + i, 0));
+    const uint32_t cube = box(Vec3::Constant(kCube));
+    for (int i = 0; i < count; ++i) body(cube, wood, kCube * Vec3(0, 0.5 + i, 0));
   }
   uint32_t wood = 0;
 };
@@ -135,7 +135,7 @@ TEST(NailsAsWritten, AllAroundABodyHaveToBeCandidates) {
   Column column(4);
   // The uppermost stands on an edge: two contacts.
   column.model.bodies[4].pose.orientation = Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ());
-  column.model.bodies[4].pose.position.y() = kEdge * (3 + std::sqrt(0.5));
+  column.model.bodies[4].pose.position.y() = kCube * (3 + std::sqrt(0.5));
   GuidedSimulator simulator(column.scene, column.model);
   simulator.step_frame();
   const GuideCounts& counts = simulator.frames().back().counts;
@@ -177,7 +177,7 @@ struct NotedNails final : ImpulseControl {
     for (uint32_t body = 1; body < column.model.bodies.size(); ++body) {
       for (const Vec3& corner :
            {Vec3(1, -1, 1), Vec3(-1, -1, 1), Vec3(-1, -1, -1), Vec3(1, -1, -1)}) {
-        const Vec3 point = motion(body).position + kEdge / 2 * corner;
+        const Vec3 point = motion(body).position + kCube / 2 * corner;
         contacts.push_back({body, body - 1, point, Vec3::UnitY(), 0});
       }
     }

@@ -9,7 +9,9 @@
 namespace pilesim {
 namespace {
 
-Pile cone(double angle_deg) { return {.angle = radians(angle_deg), .centre = GroundPoint(0, 0)}; }
+Pile cone_pile(double angle_deg) {
+  return {.angle = radians(angle_deg), .centre = GroundPoint(0, 0)};
+}
 
 double cone_volume(double radius, double angle) {
   return kPi / 3 * std::pow(radius, 3) * std::tan(angle);
@@ -17,7 +19,7 @@ double cone_volume(double radius, double angle) {
 
 TEST(PileShape, ConeHasTheRadiusOfEquation51) {
   for (const double angle_deg : {15.0, 30.0, 45.0, 60.0}) {
-    const PileShape shape(cone(angle_deg), GroundPoint::Zero());
+    const PileShape shape(cone_pile(angle_deg), GroundPoint::Zero());
     const double volume = 400 * 0.008;
     const double radius = std::cbrt(3 * volume / (kPi * std::tan(radians(angle_deg))));
     EXPECT_NEAR(shape.reach_of_volume(volume), radius, 1e-9);
@@ -52,7 +54,7 @@ TEST(PileShape, PolygonGrowsBySteinersFormulaInEitherSense) {
 
 // Equal lengths of the line round the core are equal shares of it.
 TEST(PileShape, TheWayRoundACoreIsByLength) {
-  const PileShape point(cone(30), GroundPoint::Zero());
+  const PileShape point(cone_pile(30), GroundPoint::Zero());
   EXPECT_NEAR(point.way_round({0, 2}, 1), 0.25, 1e-12);
   EXPECT_NEAR(point.way_round({0, -2}, 1), 0.75, 1e-12);
   const PileShape line(Pile{.angle = 0.5, .footprint = {{-1, 0}, {1, 0}}}, GroundPoint::Zero());
@@ -80,7 +82,7 @@ TEST(PileShape, TheWayRoundACoreIsByLength) {
 }
 
 Pile boxed(double rim_m) {
-  Pile pile = cone(30);
+  Pile pile = cone_pile(30);
   pile.boundary = PileBoundary{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}, rim_m};
   return pile;
 }
@@ -98,7 +100,7 @@ TEST(PileShape, WallsCutTheConeAndItStopsAtTheRim) {
 
 TEST(StackingStructure, LayersAreFrustaOfTheCone) {
   const double angle = radians(45);
-  const PileShape shape(cone(45), GroundPoint::Zero());
+  const PileShape shape(cone_pile(45), GroundPoint::Zero());
   const StackingStructure structure(shape, cone_volume(1, angle), 0.23);
   ASSERT_EQ(structure.layers().size(), 4) << "floor(1 / 0.23)";
   double volume = 0;
@@ -116,7 +118,7 @@ TEST(StackingStructure, LayersAreFrustaOfTheCone) {
 }
 
 TEST(StackingStructure, CountsBodiesByTheirCentres) {
-  const PileShape shape(cone(45), GroundPoint::Zero());
+  const PileShape shape(cone_pile(45), GroundPoint::Zero());
   StackingStructure structure(shape, cone_volume(1, radians(45)), 0.23);
   EXPECT_TRUE(structure.count(0.1, 0.9, 0.01, true));
   EXPECT_TRUE(structure.count(0.3, 0.2, 0.02, false));
@@ -132,7 +134,7 @@ TEST(StackingStructure, CountsBodiesByTheirCentres) {
 }
 
 TEST(StackingStructure, LayersSleepFromTheBottomUp) {
-  const PileShape shape(cone(45), GroundPoint::Zero());
+  const PileShape shape(cone_pile(45), GroundPoint::Zero());
   StackingStructure structure(shape, cone_volume(1, radians(45)), 0.23);
   EXPECT_TRUE(structure.layers_below_sleep(0));
   EXPECT_FALSE(structure.layers_below_sleep(1));
@@ -156,14 +158,14 @@ HeightField sampled_cone(double angle, double radius) {
 
 TEST(HeightField, GivesBackTheAngleAndTheReachOfACone) {
   for (const double angle_deg : {15.0, 32.0, 50.0}) {
-    const PileShape asked(cone(30), GroundPoint::Zero());  // not the present angle
+    const PileShape asked(cone_pile(30), GroundPoint::Zero());  // not the present angle
     const HeightField field = sampled_cone(radians(angle_deg), 1);
     const Territory everywhere = [](const GroundPoint&) { return true; };
     const SlopeFit fit = fit_slope(slope_angles(asked, field, everywhere));
     EXPECT_EQ(fit.azimuths, kAzimuths);
     EXPECT_NEAR(degrees(fit.angle), angle_deg, 0.3);
     EXPECT_LT(degrees(fit.spread), 0.5);
-    const PileShape same(cone(angle_deg), GroundPoint::Zero());
+    const PileShape same(cone_pile(angle_deg), GroundPoint::Zero());
     std::vector<SurfaceCell> cells;
     field.for_each([&](const GroundPoint& at, double height_m) {
       cells.push_back({same.distance(at), height_m, 0, 1});

@@ -13,8 +13,9 @@ using ::testing::IsEmpty;
 
 constexpr const char* kCamera = R"(, "camera": {"position": [0, 1, 5], "target": [0, 0, 0]})";
 
-std::vector<std::string> problems(const std::string& simulator, const std::string& more = kCamera,
-                                  const std::string& body = "") {
+std::vector<std::string> simulator_problems(const std::string& simulator,
+                                            const std::string& more = kCamera,
+                                            const std::string& body = "") {
   return problems_of(R"({"version": 1, "materials": {"m": {}}, "shapes": {"ball": {"type":
 "sphere", "radius": 1}}, "bodies": [{"name": "b", "shape": "ball", "material": "m")" +
                      body + R"(}], "simulator": {)" + simulator + "}" + more + "}");
@@ -22,7 +23,7 @@ std::vector<std::string> problems(const std::string& simulator, const std::strin
 
 std::vector<std::string> detail_problems(const std::string& detail,
                                          const std::string& more = kCamera) {
-  return problems("\"level_of_detail\": {" + detail + "}", more);
+  return simulator_problems("\"level_of_detail\": {" + detail + "}", more);
 }
 
 TEST(SceneDetail, LevelsLimitsAndRulesAreFine) {
@@ -78,11 +79,11 @@ TEST(SceneDetail, SpheresAreNeverSolved) {
 TEST(SceneDetail, RulesNameBodiesThatMayBeSpheres) {
   EXPECT_THAT(detail_problems(R"("pairs": [{"a": "b", "b": "c", "method": "particle"}])"),
               ElementsAre(HasSubstr("/pairs/0/b: is \"c\", which is no body or emitter")));
-  EXPECT_THAT(
-      problems(R"("level_of_detail": {"pairs": [{"a": "b", "b": "b", "method": "particle"}]})", "",
-               R"(, "preference": "must_impulse")"),
-      ElementsAre(HasSubstr("/pairs/0/a: is \"b\", which is dynamic and must_impulse"),
-                  HasSubstr("/pairs/0/b: is \"b\", which is dynamic and must_impulse")));
+  EXPECT_THAT(simulator_problems(
+                  R"("level_of_detail": {"pairs": [{"a": "b", "b": "b", "method": "particle"}]})",
+                  "", R"(, "preference": "must_impulse")"),
+              ElementsAre(HasSubstr("/pairs/0/a: is \"b\", which is dynamic and must_impulse"),
+                          HasSubstr("/pairs/0/b: is \"b\", which is dynamic and must_impulse")));
 }
 
 TEST(SceneDetail, RulesThatUseTheCameraNeedOne) {
@@ -93,17 +94,18 @@ TEST(SceneDetail, RulesThatUseTheCameraNeedOne) {
 TEST(SceneDetail, HingesInTheMixedMode) {
   const std::string hinge = R"(, "hinge": {"axis": [0, 0, 1]})";
   EXPECT_THAT(
-      problems(R"("mode": "mixed")", kCamera, hinge),
+      simulator_problems(R"("mode": "mixed")", kCamera, hinge),
       ElementsAre(HasSubstr("/bodies/0/hinge: belongs to a body that is prefer_statistical")));
-  EXPECT_THAT(problems(R"("mode": "mixed")", kCamera, hinge + R"(, "preference": "must_impulse")"),
+  EXPECT_THAT(simulator_problems(R"("mode": "mixed")", kCamera,
+                                 hinge + R"(, "preference": "must_impulse")"),
               IsEmpty());
-  EXPECT_THAT(problems(R"("mode": "impulse")", kCamera, hinge), IsEmpty());
+  EXPECT_THAT(simulator_problems(R"("mode": "impulse")", kCamera, hinge), IsEmpty());
 }
 
 TEST(SceneDetail, BodiesThatStartAsleepAreDynamicAndNotHeld) {
-  EXPECT_THAT(problems("", "", R"(, "asleep": true, "held": true)"),
+  EXPECT_THAT(simulator_problems("", "", R"(, "asleep": true, "held": true)"),
               ElementsAre(HasSubstr("/bodies/0/asleep: stands beside \"held\"")));
-  EXPECT_THAT(problems("", "", R"(, "asleep": true, "role": "static")"),
+  EXPECT_THAT(simulator_problems("", "", R"(, "asleep": true, "role": "static")"),
               ElementsAre(HasSubstr("/bodies/0/asleep: belongs to a body that is static")));
 }
 

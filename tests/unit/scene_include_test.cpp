@@ -18,12 +18,12 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const std::string kHead = R"("version": 1, "materials": {"m": {}}, "shapes": {
+const std::string kBallEntries = R"("version": 1, "materials": {"m": {}}, "shapes": {
   "ball": {"type": "sphere", "radius": 0.1}})";
 
 // A scene with `more` keys.
-std::string scene(const std::string& more) {
-  return "{" + kHead + (more.empty() ? "" : ", ") + more + "}";
+std::string ball_scene(const std::string& more) {
+  return "{" + kBallEntries + (more.empty() ? "" : ", ") + more + "}";
 }
 
 class Included : public ::testing::Test {
@@ -51,7 +51,7 @@ class Included : public ::testing::Test {
 };
 
 TEST_F(Included, ListsAreJoinedNamesMergedAndTheIncluderWins) {
-  write("room.json", scene(R"("seed": 5, "duration_s": 9, "variables": {"n": 3},
+  write("room.json", ball_scene(R"("seed": 5, "duration_s": 9, "variables": {"n": 3},
     "bodies": [{"name": "floor", "shape": "ball", "material": "m", "role": "static"}],
     "chains": [{"name": "x", "shape": "ball", "material": "m", "count": 2, "from": [0, 99, 0],
                 "to": [0, 90, 0]}])"));
@@ -95,7 +95,7 @@ TEST_F(Included, FaultsNameTheFileWhereTheyAre) {
 }
 
 TEST_F(Included, EntriesOfJoinedListsAreCountedInTheirFile) {
-  write("a.json", scene(R"("bodies": [{"shape": "ball", "material": "m"}])"));
+  write("a.json", ball_scene(R"("bodies": [{"shape": "ball", "material": "m"}])"));
   write("b.json",
         "{\"version\": 1, \"bodies\": [{\"shape\": \"ball\", \"material\": \"m\"},\n"
         "{\"shape\": \"ball\", \"material\": \"oak\"}]}");
@@ -126,7 +126,7 @@ TEST_F(Included, CyclesDepthAndWhatIsMissingAreRefused) {
 }
 
 TEST(Variables, TakeThePlaceOfAnyValueWithItsType) {
-  const std::string text = scene(R"("variables": {"n": 7, "where": [1, 2, 3], "what": "m"},
+  const std::string text = ball_scene(R"("variables": {"n": 7, "where": [1, 2, 3], "what": "m"},
     "duration_s": {"var": "n"}, "bodies": [{"shape": "ball", "material": {"var": "what"},
     "position": {"var": "where"}}, {"shape": "ball", "material": "m",
     "position": [0, {"var": "n"}, 0]}])");
@@ -141,16 +141,18 @@ TEST(Variables, TakeThePlaceOfAnyValueWithItsType) {
 }
 
 TEST(Variables, FaultsAreNamed) {
-  EXPECT_THAT(problems_of(scene(R"("variables": {"count": 1}, "duration_s": {"var": "cuont"})")),
-              ElementsAre(AllOf(HasSubstr("/duration_s/var"), HasSubstr("no variable"),
-                                HasSubstr("Did you mean \"count\"?"))));
-  EXPECT_THAT(problems_of(scene(R"("variables": {"t": -1}, "duration_s": {"var": "t"})")),
+  EXPECT_THAT(
+      problems_of(ball_scene(R"("variables": {"count": 1}, "duration_s": {"var": "cuont"})")),
+      ElementsAre(AllOf(HasSubstr("/duration_s/var"), HasSubstr("no variable"),
+                        HasSubstr("Did you mean \"count\"?"))));
+  EXPECT_THAT(problems_of(ball_scene(R"("variables": {"t": -1}, "duration_s": {"var": "t"})")),
               ElementsAre(AllOf(HasSubstr("/duration_s: is -1, by the variable \"t\""))));
-  EXPECT_THAT(problems_of(scene(R"("variables": {"a": 1, "b": {"var": "a"}})")),
+  EXPECT_THAT(problems_of(ball_scene(R"("variables": {"a": 1, "b": {"var": "a"}})")),
               ElementsAre(HasSubstr("names no other one")));
-  EXPECT_THAT(problems_of(scene(R"("variables": 3)")), ElementsAre(HasSubstr("/variables")));
-  EXPECT_THAT(problems_of(scene(R"("variables": {"a": 1}, "duration_s": {"var": "a", "x": 1})")),
-              ElementsAre(HasSubstr("alone")));
+  EXPECT_THAT(problems_of(ball_scene(R"("variables": 3)")), ElementsAre(HasSubstr("/variables")));
+  EXPECT_THAT(
+      problems_of(ball_scene(R"("variables": {"a": 1}, "duration_s": {"var": "a", "x": 1})")),
+      ElementsAre(HasSubstr("alone")));
 }
 
 TEST(Variables, NamesOfShapesAndMaterialsMayBeTheirWords) {
@@ -160,8 +162,8 @@ TEST(Variables, NamesOfShapesAndMaterialsMayBeTheirWords) {
 }
 
 std::string drawn(const std::string& how, uint64_t seed) {
-  return parse(scene("\"seed\": " + std::to_string(seed) + ", \"duration_s\": {\"random\": " + how +
-                     "}"))
+  return parse(ball_scene("\"seed\": " + std::to_string(seed) +
+                          ", \"duration_s\": {\"random\": " + how + "}"))
       .resolved;
 }
 
@@ -190,10 +192,10 @@ TEST(Drawn, BySeedWithinTheirRangesAndShownInTheResolvedScene) {
 TEST(Drawn, DependOnNoOtherValue) {
   const std::string body = R"({"shape": "ball", "material": "m",
     "position": [{"random": {"from": 0, "to": 1}}, 0, {"random": {"from": 0, "to": 1}}]})";
-  const Scene one = parse(scene("\"bodies\": [" + body + "]")).scene;
+  const Scene one = parse(ball_scene("\"bodies\": [" + body + "]")).scene;
   const Scene two =
-      parse(scene("\"duration_s\": {\"random\": {\"from\": 1, \"to\": 2}}, \"bodies\": [" + body +
-                  ", " + body + "]"))
+      parse(ball_scene("\"duration_s\": {\"random\": {\"from\": 1, \"to\": 2}}, \"bodies\": [" +
+                       body + ", " + body + "]"))
           .scene;
   EXPECT_EQ(one.bodies[0].pose.position, two.bodies[0].pose.position);
   EXPECT_NE(two.bodies[0].pose.position, two.bodies[1].pose.position);
@@ -201,7 +203,7 @@ TEST(Drawn, DependOnNoOtherValue) {
 }
 
 TEST(Drawn, AVariableIsDrawnOnce) {
-  const Scene both = parse(scene(R"("variables": {"r": {"random": {"from": 1, "to": 2}}},
+  const Scene both = parse(ball_scene(R"("variables": {"r": {"random": {"from": 1, "to": 2}}},
     "duration_s": {"var": "r"}, "frame_rate": {"var": "r"})"))
                          .scene;
   EXPECT_EQ(both.duration_s, both.frame_rate);
@@ -209,7 +211,7 @@ TEST(Drawn, AVariableIsDrawnOnce) {
 
 TEST(Drawn, FaultsAreNamed) {
   const auto fault = [](const std::string& how) {
-    return problems_of(scene("\"duration_s\": {\"random\": " + how + "}"));
+    return problems_of(ball_scene("\"duration_s\": {\"random\": " + how + "}"));
   };
   EXPECT_THAT(fault("3"), testing::Contains(HasSubstr("/duration_s/random: is 3")));
   EXPECT_THAT(fault(R"({"from": 1})"), testing::Contains(HasSubstr("lacks the key \"to\"")));

@@ -14,7 +14,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
 // Flat, as wide as a box of 10 cm: it does not tip.
 uint32_t slab(SmallModel& m) { return m.box({0.1, 0.05, 0.1}); }

@@ -16,7 +16,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 constexpr double kStep = 1.0 / 240;
 
 struct BulletModel : SmallModel {

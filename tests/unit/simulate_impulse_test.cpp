@@ -19,7 +19,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
 // |error| < bound; `--gtest_output=json:FILE` records the error itself.
 void expect_error(const std::string& name, double error, double bound) {

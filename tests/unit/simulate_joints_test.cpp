@@ -15,7 +15,7 @@ namespace pilesim {
 namespace {
 
 constexpr uint32_t kWorld = ModelJoint::kWorld;
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
 struct Jointed : SmallModel {
   Jointed() {

@@ -19,17 +19,18 @@ MotionKey at(double time_s, const Vec3& position, const Quat& orientation = Quat
 
 Pose pose(const Motion& motion, double time_s) { return pose_at(ModelShape(), motion, time_s); }
 
-constexpr double kStep = 1e-5;  // s
+constexpr double kDifference = 1e-5;  // s
 
 Vec3 velocity(const Motion& motion, double time_s) {
-  return (pose(motion, time_s + kStep).position - pose(motion, time_s - kStep).position) /
-         (2 * kStep);
+  return (pose(motion, time_s + kDifference).position -
+          pose(motion, time_s - kDifference).position) /
+         (2 * kDifference);
 }
 
 Vec3 spin(const Motion& motion, double time_s) {
-  return turn_between(pose(motion, time_s - kStep).orientation,
-                      pose(motion, time_s + kStep).orientation) /
-         (2 * kStep);
+  return turn_between(pose(motion, time_s - kDifference).orientation,
+                      pose(motion, time_s + kDifference).orientation) /
+         (2 * kDifference);
 }
 
 TEST(KeyedMotion, TurnsAsOftenAsTheAnglesSay) {
@@ -62,8 +63,8 @@ TEST(KeyedMotion, SmoothStartsAndEndsAtRest) {
     EXPECT_LT((velocity(motion, time_s) - rate * Vec3(4, 0, -2)).norm(), 1e-6);
     EXPECT_LT((spin(motion, time_s) - rate * 4 * kPi * Vec3::UnitY()).norm(), 1e-5);
   }
-  EXPECT_LT(velocity(motion, kStep).norm(), 1e-3);
-  EXPECT_LT(velocity(motion, 2 - kStep).norm(), 1e-3);
+  EXPECT_LT(velocity(motion, kDifference).norm(), 1e-3);
+  EXPECT_LT(velocity(motion, 2 - kDifference).norm(), 1e-3);
   EXPECT_EQ(pose(motion, 5).position, Vec3(4, 0, -2));
 }
 

@@ -14,9 +14,9 @@
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
-Pose pose(const Motion& motion, double time_s) { return pose_at(ModelShape(), motion, time_s); }
+Pose pose_of(const Motion& motion, double time_s) { return pose_at(ModelShape(), motion, time_s); }
 
 Motion with(Motor motor, const Pose& start = {}) {
   Motion motion = {{.pose = start}};
@@ -30,7 +30,7 @@ TEST(Motors, ASpinTurnsByItsRateAboutItsAnchor) {
   const Motion motion = with({.action = SpinMotor{rate, anchor}}, start);
   for (const double time_s : {0.0, 0.3, 2.0, 20.0}) {
     const Quat turned(Eigen::AngleAxisd(-3 * time_s, Vec3::UnitZ()));
-    const Pose now = pose(motion, time_s);
+    const Pose now = pose_of(motion, time_s);
     EXPECT_LT(now.orientation.angularDistance(start.orientation * turned), 1e-7);
     EXPECT_LT((now.apply(anchor) - start.apply(anchor)).norm(), 1e-12);
   }
@@ -40,7 +40,7 @@ TEST(Motors, ARampIsHalfOfItsTime) {
   const Motion motion = with(
       {.action = SpinMotor{.angular_velocity = {0, 2, 0}}, .start_s = 1, .end_s = 7, .ramp_s = 2});
   const auto angle = [&](double time_s) {
-    const Eigen::AngleAxisd turn(pose(motion, time_s).orientation);
+    const Eigen::AngleAxisd turn(pose_of(motion, time_s).orientation);
     return turn.angle() * turn.axis().y();
   };
   const auto expect_angle = [&](double time_s, double wanted) {
@@ -64,12 +64,12 @@ TEST(Motors, ShakesAndSwaysAreSines) {
                               .ramp_s = 0.5});
   for (const double time_s : {0.01, 0.77, 3.3}) {
     EXPECT_LT(
-        (pose(shaken, time_s).position - std::sin(10 * kPi * time_s + 0.4) * amplitude).norm(),
+        (pose_of(shaken, time_s).position - std::sin(10 * kPi * time_s + 0.4) * amplitude).norm(),
         1e-12);
     const double ramp = std::min(time_s / 0.5, 1.0);
     const double turn = 0.5 * ramp * ramp * (3 - 2 * ramp) * std::sin(4 * kPi * time_s);
     const Quat wanted(Eigen::AngleAxisd(turn, Vec3::UnitX()));
-    EXPECT_LT(pose(swayed, time_s).orientation.angularDistance(wanted), 1e-7);
+    EXPECT_LT(pose_of(swayed, time_s).orientation.angularDistance(wanted), 1e-7);
   }
 }
 
@@ -78,7 +78,7 @@ TEST(Motors, ComposeInTheirOrderAndWithKeys) {
   Motion motion = {{.time_s = 0}, {.time_s = 2, .pose = {{0, 2, 0}, Quat::Identity()}}};
   motion.motors = {{.action = SpinMotor{.angular_velocity = {0, kPi / 2, 0}}},
                    {.action = ShakeMotor{{0.1, 0, 0}}, .frequency_hz = 1.25}};
-  const Pose now = pose(motion, 1);  // a quarter of a turn, and one of a period
+  const Pose now = pose_of(motion, 1);  // a quarter of a turn, and one of a period
   EXPECT_LT((now.position - Vec3(0, 1, -0.1)).norm(), 1e-12);
 }
 

@@ -19,7 +19,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
 double radius_of_volume(const ModelShape& shape) {
   return std::cbrt(3 * shape.mass.volume_m3 / (4 * kPi));

@@ -13,8 +13,8 @@
 namespace pilesim {
 namespace {
 
-struct Ground : SmallModel {
-  Ground() { body(plane(), material(0, 0.5), Vec3::Zero(), Role::fixed); }
+struct OnPlane : SmallModel {
+  OnPlane() { body(plane(), material(0, 0.5), Vec3::Zero(), Role::fixed); }
 
   uint32_t shape(const Shape& source) {
     const std::string name = std::to_string(model.shapes.size());
@@ -31,7 +31,7 @@ const Quat kLying(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
 // The centre of mass comes to rest at `height`, from a little above it.
 void expect_rest(const Shape& source, double height, const Quat& turn = Quat::Identity(),
                  double tolerance = 2e-5) {
-  Ground m;
+  OnPlane m;
   m.body(m.shape(source), 0, {0, height + 0.005, 0}).pose.orientation = turn;
   const auto simulator = make_simulator(m.scene, m.model);
   const FrameStatistics end = run(*simulator, 180);
@@ -57,7 +57,7 @@ TEST(SolidShapes, RestOnTheirRoundSides) {
 TEST(SolidShapes, ABallFallsThroughARing) {
   for (const Shape& ring : {Shape(TorusShape{.radius = 0.06, .tube_radius = 0.02}),
                             Shape(TubeShape{.radius = 0.05, .height = 0.1, .thickness = 0.01})}) {
-    Ground m;
+    OnPlane m;
     m.body(m.shape(ring), 0, {0, 0.3, 0}, Role::fixed);
     m.body(m.sphere(0.036), 0, {0, 0.5, 0});
     const auto simulator = make_simulator(m.scene, m.model);
@@ -67,7 +67,7 @@ TEST(SolidShapes, ABallFallsThroughARing) {
 }
 
 TEST(SolidShapes, ARingStaysOnAPole) {
-  Ground m;
+  OnPlane m;
   m.body(m.cylinder(0.03, 0.4), 0, {0, 0.2, 0}, Role::fixed);
   m.body(m.shape(TorusShape{.radius = 0.06, .tube_radius = 0.02}), 0, {0, 0.5, 0});
   const auto simulator = make_simulator(m.scene, m.model);

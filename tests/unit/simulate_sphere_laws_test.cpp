@@ -7,11 +7,12 @@
 #include <cmath>
 
 #include "support/scene_run.h"
+#include "support/small_model.h"
 
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
 class SphereLaws : public test::SceneRun {
  protected:

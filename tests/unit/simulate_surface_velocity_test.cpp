@@ -11,7 +11,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::kGravity;
 
 // A level plane with a surface velocity; one material for all.
 SmallModel belt(const SurfaceVelocity& runs, double friction, double restitution = 0) {
