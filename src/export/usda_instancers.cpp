@@ -12,7 +12,7 @@ namespace {
 
 // Bodies are sorted into instancers by the quarters of the time in which their motion begins and
 // ends, so that frames of rest take no space.
-constexpr size_t kParts = 4;
+constexpr size_t kShares = 4;
 
 // Rotations are halves in older USD, with slightly more than 4 digits; velocities, in m/s, serve
 // motion blur.
@@ -49,10 +49,10 @@ std::vector<Group> groups_of(const ExportSource& source) {
   std::map<std::array<size_t, 2>, Group> found;
   for (uint32_t i = 0; i < source.bodies().size(); ++i) {
     const ExportBody& body = source.bodies()[i];
-    std::array<size_t, 2> key = {kParts, 0};  // of bodies at rest
+    std::array<size_t, 2> key = {kShares, 0};  // of bodies at rest
     std::string name = "resting";
     if (body.last_change > 0) {
-      key = {body.first_change * kParts / frames, body.last_change * kParts / frames};
+      key = {body.first_change * kShares / frames, body.last_change * kShares / frames};
       name = "moving_" + std::to_string(key[0]) + '_' + std::to_string(key[1]);
     }
     Group& group = found[key];

@@ -11,7 +11,7 @@ namespace pilesim {
 
 namespace {
 
-constexpr size_t kGrain = 256;
+constexpr size_t kLineGrain = 256;
 constexpr size_t kMostCells = 256;  // per body
 // Bodies beyond these quantiles along an axis have rolled away and count as in the open.
 constexpr double kOutlying = 0.002;
@@ -138,7 +138,7 @@ class Air {
     for (int axis = 0; axis < 3; ++axis) {
       const int u = (axis + 1) % 3, v = (axis + 2) % 3;
       const auto lines = static_cast<size_t>(count_[u]) * static_cast<size_t>(count_[v]);
-      parallel_for(lines, kGrain, [&](size_t begin, size_t end) {
+      parallel_for(lines, kLineGrain, [&](size_t begin, size_t end) {
         Envelope envelope(static_cast<size_t>(count_[axis]));
         for (size_t line = begin; line < end; ++line) {
           Cell cell;

@@ -9,7 +9,7 @@ namespace pilesim {
 
 namespace {
 
-constexpr size_t kGrain = 1024;
+constexpr size_t kBodyGrain = 1024;
 constexpr uint32_t kNever = ~uint32_t{0};
 
 // A body has arrived within this distance of its end, relative to its radius.
@@ -53,7 +53,7 @@ RestStretches::RestStretches(const Model& model, const Vec3& gravity, double fra
 
 void RestStretches::take(const TrajectoryFrame& frame) {
   const auto index = static_cast<uint32_t>(taken_++);
-  parallel_for(model_.bodies.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_for(model_.bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       constexpr uint8_t kMayMove = kPresent | kHeld;
       if (model_.bodies[i].role != Role::dynamic || (frame.state[i] & kMayMove) != kPresent) {
@@ -119,7 +119,7 @@ EasedFrames::EasedFrames(std::vector<RestStretches::Stretch> stretches, const Tr
 }
 
 void EasedFrames::ease(uint64_t index, TrajectoryFrame& frame) const {
-  parallel_for(ways_.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_for(ways_.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t w = begin; w < end; ++w) {
       const Way& way = ways_[w];
       const auto& [first, last] = stretches_[way.body];

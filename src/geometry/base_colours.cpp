@@ -27,8 +27,8 @@
 namespace pilesim {
 namespace {
 
-constexpr int kMostPixels = 8192;               // a side
-constexpr int kLeastSteps = 2, kMostSteps = 8;  // along a triangle's side
+constexpr int kMostPixels = 8192;                   // a side
+constexpr int kLeastSamples = 2, kMostSamples = 8;  // along a triangle's side
 constexpr double kPixelsAStep = 4;
 constexpr char kBroken[] = "is broken";
 
@@ -244,7 +244,8 @@ BaseColours::Linear BaseColours::mean(const Picture& picture,
     longest = std::max(longest, side.matrix().norm());
   }
   if (!std::isfinite(longest)) return Linear::Ones();
-  const int steps = std::clamp(static_cast<int>(longest / kPixelsAStep), kLeastSteps, kMostSteps);
+  const int steps =
+      std::clamp(static_cast<int>(longest / kPixelsAStep), kLeastSamples, kMostSamples);
   Linear sum = Linear::Zero(), all = Linear::Zero();
   double weight = 0;
   int count = 0;

@@ -13,7 +13,7 @@ namespace {
 
 // Smaller differences, relative to the size of the part, are rounding: the earlier candidate stays,
 // so that the same shape at another scale is cut the same way.
-constexpr double kTie = 1e-9;
+constexpr double kTieShare = 1e-9;
 constexpr int kOffsets = 11;  // planes tried along each direction
 constexpr int kOffsetsAhead = 3;
 // Where the best cut saves less of the hull's excess, cuts are judged by the savings of one more
@@ -130,7 +130,7 @@ std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid, double ext
     if (weight > 1e-6 * extent) result.push_back({weight, from, normal, other_normal});
   }
   std::ranges::stable_sort(result, std::ranges::greater{}, [&](const ReentrantEdge& edge) {
-    return std::round(edge.weight / (kTie * extent));
+    return std::round(edge.weight / (kTieShare * extent));
   });
   if (result.size() > kReentrantEdges) result.resize(kReentrantEdges);
   return result;
@@ -190,7 +190,7 @@ Cut improved(const CutProblem& problem, Cut cut, Scratch& scratch) {
                                      tilted(cut.plane, problem.centre, sign * tilt * u),
                                      tilted(cut.plane, problem.centre, sign * tilt * v)}) {
         const double volume = hull_volume_of_cut(problem, plane, scratch);
-        if (volume < best.hull_volume_m3 * (1 - kTie)) best = {plane, volume};
+        if (volume < best.hull_volume_m3 * (1 - kTieShare)) best = {plane, volume};
       }
     }
     if (best.hull_volume_m3 < cut.hull_volume_m3) {
@@ -206,7 +206,7 @@ Cut improved(const CutProblem& problem, Cut cut, Scratch& scratch) {
 
 // The best candidates, no two nearly the same plane.
 std::vector<Cut> best_distinct(std::vector<Cut> cuts, double extent) {
-  const double tie = kTie * extent * extent * extent;
+  const double tie = kTieShare * extent * extent * extent;
   std::ranges::stable_sort(cuts, {},
                            [&](const Cut& cut) { return std::round(cut.hull_volume_m3 / tie); });
   std::vector<Cut> chosen;
@@ -261,7 +261,7 @@ std::vector<double> volumes_ahead(const FacetedSolid& solid, const std::vector<C
 const Cut& least(const std::vector<Cut>& cuts, const std::vector<double>& volumes) {
   size_t best = 0;
   for (size_t k = 1; k < cuts.size(); ++k) {
-    if (volumes[k] < volumes[best] * (1 - kTie)) best = k;
+    if (volumes[k] < volumes[best] * (1 - kTieShare)) best = k;
   }
   return cuts[best];
 }

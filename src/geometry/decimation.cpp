@@ -11,7 +11,7 @@ constexpr double kLeastHeight = 1e-6;  // of a triangle, in the extent
 constexpr double kLeastTurn = 0.3;     // cosine between a triangle's normals before and after
 // Rounds at growing errors, so that the flattest parts go first; the last one as often as it helps.
 constexpr double kShares[] = {0.03, 0.3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-constexpr double kWorthwhile = 0.01;  // share of the vertices that a further round has to take
+constexpr double kWorthwhileShare = 0.01;  // share of the vertices that a further round has to take
 
 // Mean square of the distances from planes, by their weights.
 struct Quadric {
@@ -195,7 +195,8 @@ TriangleMesh decimated(const TriangleMesh& mesh, double error_m,
   for (const double share : kShares) {
     const size_t taken = decimation.round(share * error_m, keeps);
     left -= taken;
-    if (share == 1 && static_cast<double>(taken) < kWorthwhile * static_cast<double>(left)) break;
+    if (share == 1 && static_cast<double>(taken) < kWorthwhileShare * static_cast<double>(left))
+      break;
   }
   return decimation.result(mesh);
 }

@@ -24,7 +24,7 @@ constexpr double kFromEnds = 0.05;
 // Where the surface is found by halves, on an edge that crosses no triangle.
 constexpr int kHalves = 10;
 // Farther from the triangles than 1.5 diagonals of a cell, distances play no part in it.
-constexpr double kFar = 2.6;
+constexpr double kFarInCells = 2.6;
 constexpr double kRounded = 1e-9;  // cells
 // How far simplification may move the surface, in cells.
 constexpr double kSimplified = 0.1;
@@ -85,7 +85,7 @@ class Wrapper {
 
   struct Block {
     std::array<float, size_t{kPoints} * kPoints * kPoints>
-        value;  // below 0 inside; |value| in cells: from kFar on it may be less than it is
+        value;  // below 0 inside; |value| in cells: from kFarInCells on it may be less than it is
   };
 
   static constexpr size_t kPointsOfBlock = size_t{kPoints} * kPoints * kPoints;
@@ -139,8 +139,8 @@ class Wrapper {
     return encloses(at) || (sheets_ && sheets_->distance(at) < thickness_m_ / 2);
   }
 
-  // Distances of a block's points from the enclosing triangles, in cells. From kFar on those of
-  // their neighbours tell enough.
+  // Distances of a block's points from the enclosing triangles, in cells. From kFarInCells on those
+  // of their neighbours tell enough.
   void measure(const Cell& b, BlockValues& distance) const {
     std::array<double, kPointsOfBlock> most;  // no farther
     for_each_point([&](int x, int y, int z) {
@@ -152,7 +152,7 @@ class Wrapper {
         least = std::max(least, distance[other] - 1 - kRounded);
         most[i] = std::min(most[i], most[other] + 1 + kRounded);
       });
-      if (least < kFar) {
+      if (least < kFarInCells) {
         least = enclosing_->triangles().distance(point_of(b, x, y, z), most[i] * cell_) / cell_;
         most[i] = least;
       }

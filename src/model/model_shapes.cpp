@@ -35,7 +35,7 @@ std::string format(const char* pattern, double value) {
 }
 
 std::string percent(double share) { return format("%.1f %%", 100 * share); }
-std::string metres(double length) { return format("%.3g m", length); }
+std::string in_metres(double length) { return format("%.3g m", length); }
 
 void move(TriangleMesh& mesh, const Vec3& offset) {
   for (Vec3& vertex : mesh.vertices) vertex += offset;
@@ -198,7 +198,7 @@ class MeshShapeBuilder {
     shape_.collision_report = std::string("recognised as ") + name + ": " +
                               counted(shape_.pieces.size(), "piece") + ", exact, volume error " +
                               percent(std::abs(fitted->volume_m3() / shape_.mass.volume_m3 - 1)) +
-                              ", surface error " + metres(fitted->surface_error_m);
+                              ", surface error " + in_metres(fitted->surface_error_m);
     note_if_coarse(fitted->volume_m3() / shape_.mass.volume_m3 - 1);
   }
 
@@ -281,7 +281,7 @@ class MeshShapeBuilder {
     }
     shape_.collision_report = "spheres: " + counted(fit.spheres.size(), "piece") +
                               ", volume error " + percent(fit.volume_error) +
-                              ", mean surface error " + metres(fit.mean_surface_error_m);
+                              ", mean surface error " + in_metres(fit.mean_surface_error_m);
   }
 
   void add_sphere() {
@@ -309,7 +309,7 @@ class MeshShapeBuilder {
 
   static std::string errors(const Measured& measured) {
     return ", volume error " + percent(measured.volume_error) + ", surface error " +
-           metres(measured.surface_error_m) + " (mean " + metres(measured.mean_error_m) + ')';
+           in_metres(measured.surface_error_m) + " (mean " + in_metres(measured.mean_error_m) + ')';
   }
 
   const MeshShape& source_;

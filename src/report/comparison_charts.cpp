@@ -21,7 +21,7 @@ constexpr int kKeyRow = 19;  // pixels, per mode
 
 std::string colour_of(size_t mode) { return kColours[mode % std::size(kColours)]; }
 
-std::string text_of(const Json& number) { return with_digits(number.get<double>(), 6); }
+std::string digits_of(const Json& number) { return with_digits(number.get<double>(), 6); }
 
 bool is_known(const Json& interval) {
   return interval.is_object() && interval["value"].is_number() && interval["low"].is_number();
@@ -71,8 +71,9 @@ ComparisonChart pareto_chart(const Json& modes) {
     const Json& y = mode["speed_up"];
     plot.add("using 1:2:3:4:5:6 with xyerrorbars pt 7 ps 1.1 lw 1.6 lc rgb '" + colour_of(i) +
                  "' title " + quoted(mode["name"]),
-             text_of(x["value"]) + " " + text_of(y["value"]) + " " + text_of(x["low"]) + " " +
-                 text_of(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
+             digits_of(x["value"]) + " " + digits_of(y["value"]) + " " + digits_of(x["low"]) + " " +
+                 digits_of(x["high"]) + " " + digits_of(y["low"]) + " " + digits_of(y["high"]) +
+                 "\n");
   }
   return draw("Speed-up against error", "pareto", 400, modes.size() + 1, plot);
 }
@@ -96,8 +97,8 @@ ComparisonChart overlap_chart(const Json& modes) {
     };
     plot.add("using 1:2:3:4:5:6 with xyerrorbars pt 7 ps 1.1 lw 1.6 lc rgb '" + colour_of(i) +
                  "' title " + quoted(mode["name"]),
-             shown(x["value"]) + " " + text_of(y["value"]) + " " + shown(x["low"]) + " " +
-                 shown(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
+             shown(x["value"]) + " " + digits_of(y["value"]) + " " + shown(x["low"]) + " " +
+                 shown(x["high"]) + " " + digits_of(y["low"]) + " " + digits_of(y["high"]) + "\n");
   }
   return draw("Speed-up against overlap", "overlap", 400, modes.size(), plot);
 }
@@ -122,8 +123,8 @@ ComparisonChart error_chart(const Json& modes) {
       const Json& interval = error["normalised"];
       // 0 has no logarithm.
       if (is_known(interval) && interval["low"].get<double>() > 0) {
-        block += text_of(interval["value"]) + " " + with_digits(y, 6) + " " +
-                 text_of(interval["low"]) + " " + text_of(interval["high"]) + "\n";
+        block += digits_of(interval["value"]) + " " + with_digits(y, 6) + " " +
+                 digits_of(interval["low"]) + " " + digits_of(interval["high"]) + "\n";
       }
       y += 1;
     }
@@ -147,7 +148,7 @@ ComparisonChart energy_chart(const Json& figures) {
       if (!energy[k].is_number()) continue;
       const double time_s = figures["simulated_s"].get<double>() * static_cast<double>(k + 1) /
                             static_cast<double>(energy.size());
-      block += with_digits(time_s, 6) + " " + text_of(energy[k]) + "\n";
+      block += with_digits(time_s, 6) + " " + digits_of(energy[k]) + "\n";
     }
     plot.add("with lines lw 1.6 lc rgb '" + colour_of(i) + "' title " + quoted(modes[i]["name"]),
              block);

@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-constexpr SideFile kFormat{.format = "pilesim guide", .version = 3};
+constexpr SideFile kGuideFormat{.format = "pilesim guide", .version = 3};
 
 // Calls use(name, member) for each member of a frame.
 void for_each_member(auto& frame, const auto& use) {
@@ -83,8 +83,8 @@ void read_triangles(const std::filesystem::path& file, const Json& json, GuideFi
     for (size_t i = 0; i < 3; ++i) {
       const Json& corner = triangle.at(i);
       if (!corner.is_number_unsigned() || corner.get<uint64_t>() >= guide.vertices.size()) {
-        kFormat.refuse(file, "/guide/triangles names vertex " + corner.dump() + " of " +
-                                 std::to_string(guide.vertices.size()));
+        kGuideFormat.refuse(file, "/guide/triangles names vertex " + corner.dump() + " of " +
+                                      std::to_string(guide.vertices.size()));
       }
       corners[i] = corner.get<uint32_t>();
     }
@@ -106,7 +106,7 @@ void write_guide_file(const std::filesystem::path& file, const GuideFile& guide)
   for (const GuideConstraints& change : guide.constraints) {
     constraints.push_back({{"frame", change.frame}, {"points", rounded(change.points)}});
   }
-  Json json = kFormat.head();
+  Json json = kGuideFormat.head();
   json["frames"] = std::move(frames);
   json["guide"] = {{"vertices", rounded(guide.vertices)}, {"triangles", std::move(triangles)}};
   json["constraints"] = std::move(constraints);
@@ -116,7 +116,7 @@ void write_guide_file(const std::filesystem::path& file, const GuideFile& guide)
 }
 
 GuideFile read_guide_file(const std::filesystem::path& file) {
-  return kFormat.read(file, [&](const Json& json) {
+  return kGuideFormat.read(file, [&](const Json& json) {
     GuideFile guide;
     for (const Json& frame : json.at("frames")) {
       for_each_member(guide.frames.emplace_back(),

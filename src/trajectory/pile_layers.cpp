@@ -9,7 +9,7 @@
 namespace pilesim {
 namespace {
 
-constexpr SideFile kFormat{.format = "pilesim piles", .version = 2};
+constexpr SideFile kPilesFormat{.format = "pilesim piles", .version = 2};
 
 Json points_json(const std::vector<Eigen::Vector2d>& points) {
   Json json = Json::array();
@@ -17,7 +17,7 @@ Json points_json(const std::vector<Eigen::Vector2d>& points) {
   return json;
 }
 
-std::vector<Eigen::Vector2d> points_of(const Json& json) {
+std::vector<Eigen::Vector2d> ground_points_of(const Json& json) {
   std::vector<Eigen::Vector2d> points;
   for (const Json& point : json) points.emplace_back(point.at(0), point.at(1));
   return points;
@@ -35,8 +35,9 @@ Json pile_json(const LayeredPile& pile) {
 }
 
 LayeredPile pile_of(const std::filesystem::path& file, const Json& json) {
-  LayeredPile pile{.core = points_of(json.at("core")), .walls = points_of(json.at("walls"))};
-  if (pile.core.empty()) kFormat.refuse(file, "a pile has a core of no points");
+  LayeredPile pile{.core = ground_points_of(json.at("core")),
+                   .walls = ground_points_of(json.at("walls"))};
+  if (pile.core.empty()) kPilesFormat.refuse(file, "a pile has a core of no points");
   for (const Json& layer : json.at("layers")) {
     pile.layers.push_back({layer.at("bottom_m"), layer.at("top_m"), layer.at("radius_m")});
   }
@@ -69,13 +70,13 @@ void write_pile_layers(const std::filesystem::path& file,
     for (const LayeredPile& pile : change.piles) piles.push_back(pile_json(pile));
     list.push_back({{"frame", change.frame}, {"piles", std::move(piles)}});
   }
-  Json json = kFormat.head();
+  Json json = kPilesFormat.head();
   json["changes"] = std::move(list);
   write_file_atomically(file, json.dump() + "\n");
 }
 
 std::vector<PileLayersChange> read_pile_layers(const std::filesystem::path& file) {
-  return kFormat.read(file, [&](const Json& json) {
+  return kPilesFormat.read(file, [&](const Json& json) {
     std::vector<PileLayersChange> changes;
     for (const Json& change : json.at("changes")) {
       PileLayersChange& stored = changes.emplace_back();

@@ -11,7 +11,7 @@ namespace {
 
 Json box_of(const PixelBox& box) { return {box.column, box.row, box.width, box.height}; }
 
-Json rows_of(const Mat3& matrix) {
+Json matrix_rows(const Mat3& matrix) {
   Json rows = Json::array();
   for (int row = 0; row < 3; ++row) {
     rows.push_back({matrix(row, 0), matrix(row, 1), matrix(row, 2)});
@@ -80,7 +80,7 @@ class CocoWriter final : public AnnotationWriter {
             {"iscrowd", 0},
             {"instance", seen.instance},
             {"visible_share", seen.visible_share()},
-            {"R", rows_of(frame.camera.rotation * turn.toRotationMatrix())},
+            {"R", matrix_rows(frame.camera.rotation * turn.toRotationMatrix())},
             {"t", {place.x(), place.y(), place.z()}}};
   }
 

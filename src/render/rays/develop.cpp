@@ -10,7 +10,7 @@
 namespace pilesim {
 namespace {
 
-constexpr size_t kRowsPerTask = 16;
+constexpr size_t kDevelopedRowsPerTask = 16;
 
 // The texts of the shaders, in GLSL.
 using vec3 = Vec3f;
@@ -52,7 +52,7 @@ void develop(std::span<const float> red, std::span<const float> green, std::span
   static const SrgbTable srgb;
   const auto width = static_cast<size_t>(image.width);
   const auto height = static_cast<size_t>(image.height);
-  parallel_for(height, kRowsPerTask, [&](size_t first, size_t end) {
+  parallel_for(height, kDevelopedRowsPerTask, [&](size_t first, size_t end) {
     for (size_t row = first; row < end; ++row) {
       const float y = (static_cast<float>(row) + 0.5f) / static_cast<float>(height) - 0.5f;
       for (size_t column = 0; column < width; ++column) {
