@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -30,106 +31,122 @@ struct Corner {
   uint32_t of_a = 0, of_b = 0;  // vertices
 };
 
-// The point of the simplex that is closest to the origin; leaves the corners it lies between, with
-// their shares.
-struct Simplex {
-  std::array<Corner, 4> corners;
-  std::array<double, 4> shares{};
-  int count = 0;
+// The point of a simplex that is closest to the origin: the corners it lies between, with their
+// shares.
+struct Nearest {
+  Nearest() = default;
+  Nearest(uint8_t i) : corners{i}, count(1) {}  // NOLINT(google-explicit-constructor)
+  Nearest(uint8_t i, uint8_t j, double t) : corners{i, j}, shares{1 - t, t}, count(2) {}
+  Nearest(std::array<uint8_t, 3> which, std::array<double, 3> weights)
+      : corners(which), shares(weights), count(3) {}
 
+  std::array<uint8_t, 3> corners{};
+  std::array<double, 3> shares{1, 0, 0};
+  int count = 0;  // 0: the origin is inside
+};
+
+// Corners stay where they are; the simplex lists those that it has.
+class Simplex {
+ public:
+  int count() const { return count_; }
+  const Corner& corner(int k) const { return corners_[used_[k]]; }
+  double share(int k) const { return shares_[k]; }
+  void clear() { count_ = 0; }
+  Corner& add();
+  // Leaves the corners between which the closest point lies.
   Vec3 closest();
 
  private:
-  Vec3 keep(std::array<int, 3> which, std::array<double, 3> weights, int n);
-  Vec3 on_segment(int i, int j);
-  Vec3 on_triangle(int i, int j, int k);
+  const Vec3& at(uint8_t i) const { return corners_[i].at; }
+  Nearest on_segment(uint8_t i, uint8_t j) const;
+  Nearest on_triangle(uint8_t i, uint8_t j, uint8_t k) const;
+  Nearest on_tetrahedron() const;
+  Vec3 point_of(const Nearest& nearest) const;
+
+  std::array<Corner, 4> corners_;
+  std::array<uint8_t, 4> used_{};
+  std::array<double, 3> shares_{};
+  int count_ = 0;
 };
 
-Vec3 Simplex::keep(std::array<int, 3> which, std::array<double, 3> weights, int n) {
-  std::array<Corner, 3> kept;
-  Vec3 point = Vec3::Zero();
-  for (int m = 0; m < n; ++m) {
-    kept[m] = corners[which[m]];
-    point += weights[m] * kept[m].at;
-  }
-  for (int m = 0; m < n; ++m) {
-    corners[m] = kept[m];
-    shares[m] = weights[m];
-  }
-  count = n;
-  return point;
+Corner& Simplex::add() {
+  uint32_t free = 0xF;
+  for (int k = 0; k < count_; ++k) free &= ~(1U << used_[k]);
+  used_[count_] = static_cast<uint8_t>(std::countr_zero(free));
+  return corners_[used_[count_++]];
 }
 
-Vec3 Simplex::on_segment(int i, int j) {
-  const Vec3 &a = corners[i].at, &b = corners[j].at;
+Nearest Simplex::on_segment(uint8_t i, uint8_t j) const {
+  const Vec3 &a = at(i), &b = at(j);
   const Vec3 along = b - a;
   const double length2 = along.squaredNorm();
   const double t = length2 > 0 ? -a.dot(along) / length2 : 0;
-  if (t <= 0) return keep({i, 0, 0}, {1, 0, 0}, 1);
-  if (t >= 1) return keep({j, 0, 0}, {1, 0, 0}, 1);
-  return keep({i, j, 0}, {1 - t, t, 0}, 2);
+  if (t <= 0) return i;
+  if (t >= 1) return j;
+  return {i, j, t};
 }
 
-Vec3 Simplex::on_triangle(int i, int j, int k) {
-  const Vec3 &a = corners[i].at, &b = corners[j].at, &c = corners[k].at;
+Nearest Simplex::on_triangle(uint8_t i, uint8_t j, uint8_t k) const {
+  const Vec3 &a = at(i), &b = at(j), &c = at(k);
   const Vec3 ab = b - a, ac = c - a;
   const double d1 = -ab.dot(a), d2 = -ac.dot(a);
-  if (d1 <= 0 && d2 <= 0) return keep({i, 0, 0}, {1, 0, 0}, 1);
+  if (d1 <= 0 && d2 <= 0) return i;
   const double d3 = -ab.dot(b), d4 = -ac.dot(b);
-  if (d3 >= 0 && d4 <= d3) return keep({j, 0, 0}, {1, 0, 0}, 1);
+  if (d3 >= 0 && d4 <= d3) return j;
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    const double t = d1 - d3 > 0 ? d1 / (d1 - d3) : 0;
-    return keep({i, j, 0}, {1 - t, t, 0}, 2);
-  }
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {i, j, d1 - d3 > 0 ? d1 / (d1 - d3) : 0};
   const double d5 = -ab.dot(c), d6 = -ac.dot(c);
-  if (d6 >= 0 && d5 <= d6) return keep({k, 0, 0}, {1, 0, 0}, 1);
+  if (d6 >= 0 && d5 <= d6) return k;
   const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    const double t = d2 - d6 > 0 ? d2 / (d2 - d6) : 0;
-    return keep({i, k, 0}, {1 - t, t, 0}, 2);
-  }
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {i, k, d2 - d6 > 0 ? d2 / (d2 - d6) : 0};
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
     const double whole = (d4 - d3) + (d5 - d6);
-    const double t = whole > 0 ? (d4 - d3) / whole : 0;
-    return keep({j, k, 0}, {1 - t, t, 0}, 2);
+    return {j, k, whole > 0 ? (d4 - d3) / whole : 0};
   }
   const double whole = va + vb + vc;
   if (!(whole > 0)) return on_segment(i, j);  // no area
-  return keep({i, j, k}, {va / whole, vb / whole, vc / whole}, 3);
+  return {{i, j, k}, {va / whole, vb / whole, vc / whole}};
+}
+
+// The closest of the faces that the origin lies outside of.
+Nearest Simplex::on_tetrahedron() const {
+  constexpr std::array<std::array<uint8_t, 4>, 4> kFaces = {
+      {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}}};
+  double best2 = std::numeric_limits<double>::infinity();
+  Nearest best;
+  for (const auto& face : kFaces) {
+    const uint8_t i = used_[face[0]], j = used_[face[1]], k = used_[face[2]];
+    const Vec3& a = at(i);
+    const Vec3 normal = (at(j) - a).cross(at(k) - a);
+    const double other = normal.dot(at(used_[face[3]]) - a), origin = -normal.dot(a);
+    if (other * origin > 0) continue;  // on the same side
+    const Nearest candidate = on_triangle(i, j, k);
+    const double distance2 = point_of(candidate).squaredNorm();
+    if (distance2 < best2) {
+      best2 = distance2;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+Vec3 Simplex::point_of(const Nearest& nearest) const {
+  Vec3 point = Vec3::Zero();
+  for (int k = 0; k < nearest.count; ++k) point += nearest.shares[k] * at(nearest.corners[k]);
+  return point;
 }
 
 Vec3 Simplex::closest() {
-  if (count == 1) {
-    shares[0] = 1;
-    return corners[0].at;
-  }
-  if (count == 2) return on_segment(0, 1);
-  if (count == 3) return on_triangle(0, 1, 2);
-  // The closest of the faces that the origin lies outside of; none: it is inside.
-  constexpr std::array<std::array<int, 4>, 4> kFaces = {
-      {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}}};
-  double best2 = std::numeric_limits<double>::infinity();
-  Simplex best;
-  Vec3 point = Vec3::Zero();
-  for (const auto& [i, j, k, opposite] : kFaces) {
-    const Vec3 &a = corners[i].at, &b = corners[j].at, &c = corners[k].at;
-    const Vec3 normal = (b - a).cross(c - a);
-    const double other = normal.dot(corners[opposite].at - a), origin = -normal.dot(a);
-    if (other * origin > 0) continue;  // on the same side
-    Simplex face = *this;
-    const Vec3 candidate = face.on_triangle(i, j, k);
-    const double distance2 = candidate.squaredNorm();
-    if (distance2 < best2) {
-      best2 = distance2;
-      best = face;
-      point = candidate;
-    }
-  }
-  if (best2 == std::numeric_limits<double>::infinity()) return Vec3::Zero();
-  *this = best;
-  return point;
+  const Nearest nearest = count_ == 1   ? Nearest(used_[0])
+                          : count_ == 2 ? on_segment(used_[0], used_[1])
+                          : count_ == 3 ? on_triangle(used_[0], used_[1], used_[2])
+                                        : on_tetrahedron();
+  if (nearest.count == 0) return Vec3::Zero();
+  std::ranges::copy(nearest.corners, used_.begin());
+  shares_ = nearest.shares;
+  count_ = nearest.count;
+  return point_of(nearest);
 }
 
 class Pair {
@@ -180,16 +197,16 @@ class Pair {
     Vec3 normal = guess;
     double distance = std::numeric_limits<double>::infinity();
     if (has_vertices_) {
-      for (; simplex.count < known_.count; ++simplex.count) {
-        const auto k = static_cast<size_t>(simplex.count);
-        simplex.corners[k] = corner_of(known_.a[k], known_.b[k]);
-        simplex.corners[k].at += shift;
+      for (size_t k = 0; k < known_.count; ++k) {
+        Corner& corner = simplex.add();
+        corner = corner_of(known_.a[k], known_.b[k]);
+        corner.at += shift;
       }
-      if (simplex.count > 0) {
+      if (simplex.count() > 0) {
         closest = simplex.closest();
         distance = closest.norm();
         if (distance <= least) {  // of no use: start again
-          simplex.count = 0;
+          simplex.clear();
           distance = std::numeric_limits<double>::infinity();
         } else {
           normal = closest / distance;
@@ -207,15 +224,15 @@ class Pair {
         found.is_exact = false;
         return Outcome::beyond;
       }
-      if (simplex.count > 0) {
+      if (simplex.count() > 0) {
         if (distance - bound <= kGain * distance) break;
         bool known = false;
-        for (int k = 0; k < simplex.count; ++k) {
-          known = known || simplex.corners[k].at == corner.at;
+        for (int k = 0; k < simplex.count(); ++k) {
+          known = known || simplex.corner(k).at == corner.at;
         }
         if (known) break;
       }
-      simplex.corners[simplex.count++] = corner;
+      simplex.add() = corner;
       closest = simplex.closest();
       const double now = closest.norm();
       if (now <= least) return Outcome::overlap;
@@ -225,13 +242,14 @@ class Pair {
     }
     found.normal = normal;
     found.on_a = found.on_b = Vec3::Zero();
-    for (size_t k = 0; k < static_cast<size_t>(simplex.count); ++k) {
-      found.on_a += simplex.shares[k] * simplex.corners[k].a;
-      found.on_b += simplex.shares[k] * simplex.corners[k].b;
-      known_.a[k] = static_cast<uint16_t>(simplex.corners[k].of_a);
-      known_.b[k] = static_cast<uint16_t>(simplex.corners[k].of_b);
+    for (int k = 0; k < simplex.count(); ++k) {
+      const Corner& corner = simplex.corner(k);
+      found.on_a += simplex.share(k) * corner.a;
+      found.on_b += simplex.share(k) * corner.b;
+      known_.a[k] = static_cast<uint16_t>(corner.of_a);
+      known_.b[k] = static_cast<uint16_t>(corner.of_b);
     }
-    known_.count = static_cast<uint8_t>(simplex.count);
+    known_.count = static_cast<uint8_t>(simplex.count());
     found.distance_m = distance;
     return Outcome::found;
   }
