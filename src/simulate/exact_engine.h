@@ -27,7 +27,7 @@ class ExactEngine {
   virtual bool contains(uint32_t body) const = 0;  // of any body
   virtual void apply_impulse(uint32_t body, const ModelEvent& event) = 0;
   // The longest step that the state asks for, s, no longer than `most_s`.
-  virtual double longest_step_s(double most_s) = 0;
+  virtual double longest_step_s(double most_s, StageTimer& timer) = 0;
   virtual void set_step(double step_s) = 0;  // s: of move_by_keys() and step() from now on
   // Gives a kinematic body the pose and the velocities of the step from `time_s` on.
   virtual void move_by_keys(uint32_t body, double time_s) = 0;

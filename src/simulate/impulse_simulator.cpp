@@ -164,7 +164,8 @@ int ImpulseSimulator::choose_step() {
   const double rest_s = life_.rest_of_frame_s();
   // Directors of guides count steps.
   const bool is_fixed = scene_.step_s || scene_.guide;
-  const double longest_s = is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(rest_s);
+  const double longest_s =
+      is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(rest_s, timer_);
   const int steps = std::max(1, static_cast<int>(std::ceil(rest_s / longest_s - kRounding)));
   life_.set_step(is_fixed ? longest_s : rest_s / steps);
   exact_.set_step(life_.step_s());

@@ -43,7 +43,7 @@ class Engine final : public ExactEngine {
     solver_.change_velocity(body, linear, angular);
   }
   void carry(uint32_t body) override { rest_.carry(body); }
-  double longest_step_s(double most_s) override;
+  double longest_step_s(double most_s, StageTimer& timer) override;
   void set_step(double step_s) override { step_s_ = step_s; }
   void step(StageTimer& timer, const std::function<void()>& before_solver) override;
   BodyMotion motion(uint32_t body) const override;
@@ -79,6 +79,10 @@ class Engine final : public ExactEngine {
   void fly_on();
   void bring_back();
   void list_active();
+  void forget_lists() {
+    is_listed_ = false;
+    listed_s_ = 0;
+  }
   void require_pairs(std::span<const Pair> pairs, size_t contacts,
                      const std::vector<Body>& bodies) const;
   void require_pieces(const Pair& pair, const std::vector<Body>& bodies) const;
@@ -95,6 +99,7 @@ class Engine final : public ExactEngine {
   std::vector<Body>& bodies_;
   std::vector<uint32_t> active_;  // bodies that do not stand still, ascending
   bool is_listed_ = false;        // they are those of now
+  double listed_s_ = 0;           // pairs are, for steps of this length; 0: they are to be listed
   bool has_come_ = false;         // a body has come since the last step
   PairList pairs_;
   NarrowPhase narrow_;
@@ -172,7 +177,7 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
   pairs_.add(index);
   add_joints(index);
   if (body.moves == Moves::by_contacts && asleep) fall_asleep(body);
-  is_listed_ = false;
+  forget_lists();
 }
 
 // Adds the model's joints of the body and what is there; those that broke stay broken.
@@ -229,7 +234,7 @@ void Engine::remove(uint32_t index) {
   });
   pairs_.remove(index);
   bodies_[index].moves = Moves::not_there;
-  is_listed_ = false;
+  forget_lists();
 }
 
 void Engine::put_to_sleep(uint32_t index) {
@@ -237,7 +242,7 @@ void Engine::put_to_sleep(uint32_t index) {
   body.velocity = body.spin = Vec3::Zero();
   body.put_to_sleep = true;
   body.asleep = false;
-  is_listed_ = false;
+  forget_lists();
 }
 
 void Engine::wake(uint32_t index) {
@@ -245,10 +250,11 @@ void Engine::wake(uint32_t index) {
   if (body.is_awake()) return;
   body.put_to_sleep = false;
   wake_up(body);
-  is_listed_ = false;
+  forget_lists();
 }
 
 void Engine::set_velocity(uint32_t index, const Vec3& linear, const Vec3& angular) {
+  listed_s_ = 0;
   bodies_[index].velocity = linear;
   bodies_[index].spin = angular;
 }
@@ -259,11 +265,12 @@ void Engine::nudge(uint32_t index, const Vec3& displacement, const Quat& turn) {
   body.orientation = (turn * body.orientation).normalized();
   body.moved += displacement;
   body.turned_m += 2 * turn.vec().norm() * shapes_[body.shape].radius_m;
-  is_listed_ = false;
+  forget_lists();
 }
 
 void Engine::apply_impulse(uint32_t index, const ModelEvent& event) {
   wake(index);
+  listed_s_ = 0;
   Body& body = bodies_[index];
   body.velocity += event.impulse / body.mass_kg;
   if (event.point) {
@@ -273,6 +280,7 @@ void Engine::apply_impulse(uint32_t index, const ModelEvent& event) {
 }
 
 void Engine::move_by_keys(uint32_t index, double time_s) {
+  listed_s_ = 0;
   Body& body = bodies_[index];
   const ModelBody& source = model_.bodies[index];
   const ModelShape& shape = model_.shapes[source.shape];
@@ -349,7 +357,8 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
   return reach;
 }
 
-double Engine::longest_step_s(double most_s) {
+double Engine::longest_step_s(double most_s, StageTimer& timer) {
+  const StageTimer::Scope scope(timer, Stage::broad_phase);
   list_active();
   const StepChoice choice(shapes_, state_, active_, gravity_.norm(), shaking_, scene_.accuracy);
   list_step_s_ = std::min(most_s, choice.at_rest_s());
@@ -365,6 +374,8 @@ void Engine::step(StageTimer& timer, const std::function<void()>& before_solver)
 }
 
 void Engine::list_pairs(double step_s) {
+  if (step_s <= listed_s_) return;
+  listed_s_ = step_s;
   has_come_ = has_come_ || !state_.fresh.empty();
   pairs_.update(step_s, gravity_.norm());
 }
@@ -373,6 +384,7 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
     list_pairs(std::max(list_step_s_, step_s_));
+    listed_s_ = 0;
     if (std::exchange(has_come_, false) && rest_.wake_driven()) {
       exact::list_active(state_, active_);
     }
@@ -585,7 +597,7 @@ void Engine::load(StateReader& reader) {
   state_ = std::move(state);
   pairs_.reload();
   narrow_.reload();
-  is_listed_ = false;
+  forget_lists();
 }
 
 // Checks pairs that were read.

@@ -30,8 +30,19 @@ double StepChoice::at_rest_s(double gravity) const {
 }
 
 double StepChoice::longest_s(double most_s) const {
-  double longest_s = most_s;
+  double longest_s = most_s, least_m = std::numeric_limits<double>::infinity();
+  // m/s, of the fastest point of a body, rounded up.
+  std::vector<float> speeds(state_.bodies.size(), 0);
+  for (const uint32_t i : active_) {
+    const Body& body = state_.bodies[i];
+    const CollisionShape& shape = shapes_[body.shape];
+    const double speed = body.velocity.norm() + body.spin.norm() * shape.radius_m;
+    speeds[i] = static_cast<float>((1 + 1e-6) * speed);
+    if (body.is_awake()) least_m = std::min(least_m, shape.smallest_extent_m);
+  }
   for (const Pair& pair : state_.pairs) {
+    const double most = static_cast<double>(speeds[pair.a]) + static_cast<double>(speeds[pair.b]);
+    if (!(most * longest_s > kMotionInStep * scale_ * least_m)) continue;
     const Body &a = state_.bodies[pair.a], &b = state_.bodies[pair.b];
     double extent = std::numeric_limits<double>::infinity();
     for (const Body* body : {&a, &b}) {
