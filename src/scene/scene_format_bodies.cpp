@@ -8,6 +8,7 @@
 #include "scene/motion_fields.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
+#include "scene/variant_fields.h"
 
 namespace pilesim {
 
@@ -63,21 +64,6 @@ Codec<MotionKey> motion_key_codec() {
 
 namespace {
 
-// Reaches a member of the action V of a motor.
-template <class V, class M>
-auto of(M V::*member) {
-  return [member](auto& motor) -> auto& { return std::get<V>(motor.action).*member; };
-}
-
-template <class V>
-Alternative<Motor> motor(std::string name, std::string description, Fields<Motor> fields) {
-  return {.name = std::move(name),
-          .description = std::move(description),
-          .select = [](Motor& motor) { motor.action.emplace<V>(); },
-          .is_selected = [](const Motor& m) { return std::holds_alternative<V>(m.action); },
-          .fields = std::move(fields)};
-}
-
 template <class V>
 Field<Motor> anchor() {
   return field<Motor>("anchor", of(&V::anchor), vector3(), "A point of the axis, m, own frame.");
@@ -94,11 +80,12 @@ Fields<Motor> wave_fields() {
 
 Codec<Motor> kinematic_motor_codec() {
   std::vector<Alternative<Motor>> types = {
-      motor<SpinMotor>("spin", "Turns at a rate.",
-                       {required_field<Motor>("angular_velocity", of(&SpinMotor::angular_velocity),
-                                              vector3(), "rad/s, own frame."),
-                        anchor<SpinMotor>()}),
-      motor<SwayMotor>(
+      alternative<Motor, SpinMotor>(
+          "spin", "Turns at a rate.",
+          {required_field<Motor>("angular_velocity", of(&SpinMotor::angular_velocity), vector3(),
+                                 "rad/s, own frame."),
+           anchor<SpinMotor>()}),
+      alternative<Motor, SwayMotor>(
           "sway", "Turns to and fro, as a sine.",
           Fields<Motor>{required_field<Motor>("axis", of(&SwayMotor::axis), direction(),
                                               "The axis, own frame."),
@@ -107,12 +94,12 @@ Codec<Motor> kinematic_motor_codec() {
                                               angle_deg(between(0, 180)),
                                               "How far it turns to either side.")} +
               wave_fields()),
-      motor<ShakeMotor>("shake", "Moves to and fro, as a sine.",
-                        Fields<Motor>{required_field<Motor>(
-                            "amplitude_m", of(&ShakeMotor::amplitude_m), vector3(),
-                            "How far it moves to either side [x, y, z], own "
-                            "frame.")} +
-                            wave_fields())};
+      alternative<Motor, ShakeMotor>("shake", "Moves to and fro, as a sine.",
+                                     Fields<Motor>{required_field<Motor>(
+                                         "amplitude_m", of(&ShakeMotor::amplitude_m), vector3(),
+                                         "How far it moves to either side [x, y, z], own "
+                                         "frame.")} +
+                                         wave_fields())};
   return object<Motor>(
       {.noun = "a motor",
        .fields = {field<Motor>("start_s", &Motor::start_s, number(at_least(0)), "When it starts."),

@@ -6,27 +6,11 @@
 #include "scene/motion_fields.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
+#include "scene/variant_fields.h"
 
 namespace pilesim {
 
 namespace {
-
-// Reaches a member of the alternative V of an emitter's source.
-template <class V, class M>
-auto of(M V::*member) {
-  return [member](auto& emitter) -> auto& { return std::get<V>(emitter.source).*member; };
-}
-
-template <class V>
-Alternative<Emitter> alternative(std::string name, std::string description,
-                                 Fields<Emitter> fields) {
-  return {.name = std::move(name),
-          .description = std::move(description),
-          .select = [](Emitter& emitter) { emitter.source.emplace<V>(); },
-          .is_selected =
-              [](const Emitter& emitter) { return std::holds_alternative<V>(emitter.source); },
-          .fields = std::move(fields)};
-}
 
 Field<Emitter> rate_field() {
   return field<Emitter>("rate_hz", &Emitter::rate_hz, number(at_least(0)),
@@ -227,7 +211,7 @@ Fields<Emitter> common_fields() {
 }
 
 Alternative<Emitter> grid() {
-  return alternative<GridSource>(
+  return alternative<Emitter, GridSource>(
       "grid", "A three-dimensional grid, bottom layer first.",
       {field<Emitter>("centre", of(&GridSource::centre), vector3(), "Centre of the grid, m."),
        required_field<Emitter>("count", of(&GridSource::count),
@@ -239,7 +223,7 @@ Alternative<Emitter> grid() {
 }
 
 Alternative<Emitter> disk() {
-  return alternative<DiskSource>(
+  return alternative<Emitter, DiskSource>(
       "disk",
       "Uniformly random in an upright cylinder. Bodies that start together keep clear of one "
       "another while there is room.",
@@ -253,7 +237,7 @@ Alternative<Emitter> disk() {
 }
 
 Alternative<Emitter> line() {
-  return alternative<LineSource>(
+  return alternative<Emitter, LineSource>(
       "line", "A point that moves from one end of a line to the other and back.",
       Fields<Emitter>{
           required_field<Emitter>("from", of(&LineSource::from), vector3(),
@@ -274,7 +258,7 @@ Alternative<Emitter> stream() {
       return nozzle.empty() && nozzle.motors.empty();
     });
   }
-  return alternative<PointSource>(
+  return alternative<Emitter, PointSource>(
       "stream",
       "One by one from a nozzle. Where it turns, so do the velocities and a given orientation of "
       "its bodies.",
@@ -287,7 +271,7 @@ Alternative<Emitter> volume() {
   const auto pose = [](auto& emitter) -> auto& {
     return std::get<VolumeSource>(emitter.source).pose;
   };
-  return alternative<VolumeSource>(
+  return alternative<Emitter, VolumeSource>(
       "volume", "A lattice inside a closed mesh, filled from the bottom up.",
       Fields<Emitter>{required_field<Emitter>("file", of(&VolumeSource::file), file_path(),
                                               "Mesh file, relative to the scene file."),
@@ -303,7 +287,7 @@ Alternative<Emitter> volume() {
 }
 
 Alternative<Emitter> guide() {
-  return alternative<GuideSource>(
+  return alternative<Emitter, GuideSource>(
       "upside_down",
       "Fills the guide upside down: bodies drop in through its base, then it is turned back. The "
       "bodies are released from the bottom up, from start_s on. With glue it is a mould.",
@@ -314,7 +298,7 @@ Alternative<Emitter> guide() {
 }
 
 Alternative<Emitter> mould() {
-  return alternative<MouldSource>(
+  return alternative<Emitter, MouldSource>(
       "mould",
       "Fills the guide like a closed mould of any shape: bodies appear wherever there is room and "
       "fall, until no more fit.",

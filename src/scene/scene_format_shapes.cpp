@@ -8,25 +8,11 @@
 #include "scene/moving_shapes.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
+#include "scene/variant_fields.h"
 
 namespace pilesim {
 
 namespace {
-
-// Reaches a member of the alternative V of a shape.
-template <class V, class M>
-auto of(M V::*member) {
-  return [member](auto& shape) -> auto& { return std::get<V>(shape).*member; };
-}
-
-template <class V>
-Alternative<Shape> alternative(std::string name, std::string description, Fields<Shape> fields) {
-  return {.name = std::move(name),
-          .description = std::move(description),
-          .select = [](Shape& shape) { shape.emplace<V>(); },
-          .is_selected = [](const Shape& shape) { return std::holds_alternative<V>(shape); },
-          .fields = std::move(fields)};
-}
 
 Codec<CollisionKind> collision_codec() {
   return enumeration<CollisionKind>({{"auto", CollisionKind::automatic},
@@ -289,48 +275,49 @@ Field<Shape> measure(const std::string& key, double V::*member, const std::strin
 
 std::vector<Alternative<Shape>> primitives() {
   return {
-      alternative<BoxShape>(
+      alternative<Shape, BoxShape>(
           "box", "A box about its centre.",
           {required_field<Shape>("size", of(&BoxShape::size), vector3(at_least(kSmallestLength)),
                                  "Full edge lengths [x, y, z], m."),
            primitive_scale<BoxShape>(scale_box)}),
-      alternative<SphereShape>("sphere", "A sphere about its centre.",
-                               {measure("radius", &SphereShape::radius, "Radius, m."),
-                                primitive_scale<SphereShape>(scale_sphere)}),
-      alternative<CylinderShape>("cylinder", "A cylinder about its centre, axis y.",
-                                 {measure("radius", &CylinderShape::radius, "Radius, m."),
-                                  measure("height", &CylinderShape::height, "Full height, m."),
-                                  primitive_scale<CylinderShape>(scale_cylinder)}),
-      alternative<ConeShape>(
+      alternative<Shape, SphereShape>("sphere", "A sphere about its centre.",
+                                      {measure("radius", &SphereShape::radius, "Radius, m."),
+                                       primitive_scale<SphereShape>(scale_sphere)}),
+      alternative<Shape, CylinderShape>(
+          "cylinder", "A cylinder about its centre, axis y.",
+          {measure("radius", &CylinderShape::radius, "Radius, m."),
+           measure("height", &CylinderShape::height, "Full height, m."),
+           primitive_scale<CylinderShape>(scale_cylinder)}),
+      alternative<Shape, ConeShape>(
           "cone", "A cone that points up, about the middle of its axis, y.",
           {measure("radius", &ConeShape::radius, "Radius of its base, m."),
            measure("height", &ConeShape::height, "Full height, m."),
            field<Shape>("top_radius", of(&ConeShape::top_radius), number(at_least(0)),
                         "Radius of a flat top, m; 0: it has a tip."),
            primitive_scale<ConeShape>(scale_cone)}),
-      alternative<CapsuleShape>(
+      alternative<Shape, CapsuleShape>(
           "capsule", "A cylinder between two half spheres, about its centre, axis y.",
           {measure("radius", &CapsuleShape::radius, "Radius, m."),
            measure("height", &CapsuleShape::height, "Height over all, m: above two radii."),
            primitive_scale<CapsuleShape>(scale_capsule)}),
-      alternative<TorusShape>(
+      alternative<Shape, TorusShape>(
           "torus", "A ring of round section about its centre, axis y.",
           {measure("radius", &TorusShape::radius, "From the axis to the middle of its tube, m."),
            measure("tube_radius", &TorusShape::tube_radius,
                    "Radius of its tube, m: below the ring's."),
            primitive_scale<TorusShape>(scale_torus)}),
-      alternative<TubeShape>(
+      alternative<Shape, TubeShape>(
           "tube", "A tube, open at both ends, about its centre, axis y.",
           {measure("radius", &TubeShape::radius, "Outer radius, m."),
            measure("height", &TubeShape::height, "Full height, m."),
            measure("thickness", &TubeShape::thickness, "Thickness of its wall, m."),
            primitive_scale<TubeShape>(scale_tube)}),
-      alternative<WedgeShape>(
+      alternative<Shape, WedgeShape>(
           "wedge", "A ramp: half of a box about its centre, which rises from +z to -z.",
           {required_field<Shape>("size", of(&WedgeShape::size), vector3(at_least(kSmallestLength)),
                                  "Full edge lengths [x, y, z], m."),
            primitive_scale<WedgeShape>(scale_wedge)}),
-      alternative<TextShape>(
+      alternative<Shape, TextShape>(
           "text", "Letters in a line, one solid about the centre of its bounds, seen from +z.",
           {required_field<Shape>("text", of(&TextShape::text), text(),
                                  "The letters: at most " + std::to_string(kLongestText) + "."),
@@ -345,17 +332,17 @@ std::vector<Alternative<Shape>> primitives() {
 
 std::vector<Alternative<Shape>> furniture() {
   return {
-      alternative<BinShape>(
+      alternative<Shape, BinShape>(
           "bin", "An open box of walls; its origin is below the middle of its floor.",
           {required_field<Shape>("size", of(&BinShape::size), vector3(at_least(kSmallestLength)),
                                  "Size of its inside [x, y, z], m."),
            thickness<BinShape>("Thickness of floor and walls, m.")}),
-      alternative<TableShape>(
+      alternative<Shape, TableShape>(
           "table", "A top on four legs; its origin is on the floor in their middle.",
           {outer_size<TableShape>(), thickness<TableShape>("Thickness of the top, m."),
            field<Shape>("leg", of(&TableShape::leg), number(at_least(kSmallestLength)),
                         "Edge of a leg, m.")}),
-      alternative<ShelfShape>(
+      alternative<Shape, ShelfShape>(
           "shelf", "Boards between two sides, open to +z; its origin is below their middle.",
           {outer_size<ShelfShape>(),
            field<Shape>("boards", of(&ShelfShape::boards), integer(2, 100),
@@ -363,11 +350,11 @@ std::vector<Alternative<Shape>> furniture() {
            thickness<ShelfShape>("Thickness of all boards, m."),
            field<Shape>("back", of(&ShelfShape::has_back), boolean(),
                         "Whether it has a back at -z.")}),
-      alternative<StairsShape>(
+      alternative<Shape, StairsShape>(
           "stairs", "Solid steps that rise from +z to -z; the origin is below their middle.",
           {outer_size<StairsShape>(),
            field<Shape>("steps", of(&StairsShape::steps), integer(1, 1000), "Number of steps.")}),
-      alternative<TerrainShape>(
+      alternative<Shape, TerrainShape>(
           "terrain", "The surface over a grey picture, about its origin; for static bodies.",
           {required_field<Shape>("file", of(&TerrainShape::file), file_path(),
                                  "PNG of 8 or 16 bits, relative to the scene file. Its right is "
@@ -394,11 +381,12 @@ Codec<CompoundPart> part_codec() {
 
 Codec<Shape> shape_codec() {
   std::vector<Alternative<Shape>> alternatives = {
-      alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields())};
+      alternative<Shape, MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields())};
   for (Alternative<Shape>& each : primitives()) alternatives.push_back(std::move(each));
   std::vector<Alternative<Shape>> others = {
-      alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.", {}),
-      alternative<CompoundShape>(
+      alternative<Shape, PlaneShape>("plane",
+                                     "The half-space y <= 0 of its body, for static bodies.", {}),
+      alternative<Shape, CompoundShape>(
           "compound", "Shapes joined rigidly; they should not overlap.",
           {required_field<Shape>("parts", of(&CompoundShape::parts), list(part_codec(), 1),
                                  "The shapes and their poses.")}),
