@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -15,6 +15,7 @@
 #include "geometry/mesh_import.h"
 #include "geometry/obj_writer.h"
 #include "geometry/solid.h"
+#include "job/new_scene_texts.h"
 #include "json/json_text.h"
 #include "render/scene_renderer.h"
 #include "scene/scene.h"
@@ -80,129 +81,6 @@ Measured measure(const TriangleMesh& mesh) {
 
 std::string quoted(const std::string& text) { return Json(text).dump(); }
 
-// Replaces each $NAME in `text`; a name consists of letters and digits.
-std::string filled(const std::string& text, const std::map<std::string, std::string>& values) {
-  std::string result;
-  for (size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '$') {
-      result += text[i];
-      continue;
-    }
-    size_t end = i + 1;
-    while (end < text.size() && std::isalnum(static_cast<unsigned char>(text[end])) != 0) ++end;
-    result += values.at(text.substr(i + 1, end - i - 1));
-    i = end - 1;
-  }
-  return result;
-}
-
-constexpr const char* kHead = R"({
-  "version": 1,
-  "name": $name,
-  "duration_s": $duration,  // at the latest
-$until  "frame_rate": 30,
-$step)";
-
-constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,$up
-             // "hull" is fastest, "decomposition" follows hollows and legs
-             "collision": "$collision"$solid})";
-
-constexpr const char* kPile = R"(  "materials": {
-    "ground": {"friction": 0.7},
-    "body": {"restitution": 0.2, "friction": 0.6, "density_kg_m3": 700}
-  },
-  "shapes": {
-    "ground": {"type": "plane"},
-    $shape
-  },
-  "bodies": [
-    {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
-  ],
-  "emitters": [
-    // poured from just above the heap, so many a second; a body waits until its place is clear
-    {"name": "heap", "type": "disk", "shape": "body", "material": "body", "count": $count,
-     "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height}
-  ]
-  // without a "camera" the pictures show the heap as large as it is; to set one:
-  // "camera": {"position": [2, 1.5, 3], "target": [0, 0.5, 0]}
-}
-)";
-
-constexpr const char* kBin = R"(  "materials": {
-    "bin": {"friction": 0.5},
-    "body": {"restitution": 0.2, "friction": 0.6, "density_kg_m3": 700}
-  },
-  "shapes": {
-    "ground": {"type": "plane"},
-    // the size is of its inside; it stands on its origin
-    "bin": {"type": "bin", "size": [$bin, $depth, $bin], "thickness": $wall},
-    $shape
-  },
-  "bodies": [
-    {"name": "ground", "shape": "ground", "material": "bin", "role": "static"},
-    {"name": "bin", "shape": "bin", "material": "bin", "role": "static"}
-  ],
-  "emitters": [
-    // poured in, so many a second; a body waits until its place is clear
-    {"name": "poured", "type": "disk", "shape": "body", "material": "body", "count": $count,
-     "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height}
-  ],
-$camera}
-)";
-
-constexpr const char* kDataset =
-    R"(  // Each seed is another scene: pilesim simulate THIS -o out/7 --seed 7
-  // --print-config shows what a seed has drawn.
-  "seed": 1,
-  "materials": {
-    "bin": {"friction": 0.5},
-    "plastic": {"restitution": 0.3, "friction": {"random": {"from": 0.2, "to": 0.5}}, "density_kg_m3": 950},
-    "wood": {"restitution": 0.1, "friction": {"random": {"from": 0.4, "to": 0.8}}, "density_kg_m3": 600},
-    "metal": {"restitution": 0.2, "friction": {"random": {"from": 0.2, "to": 0.4}}, "density_kg_m3": 2700}
-  },
-  "shapes": {
-    "ground": {"type": "plane"},
-    "bin": {"type": "bin", "size": [$bin, $depth, $bin], "thickness": $wall},
-    $shape
-  },
-  "bodies": [
-    {"name": "ground", "shape": "ground", "material": "bin", "role": "static"},
-    {"name": "bin", "shape": "bin", "material": "bin", "role": "static"}
-  ],
-  "emitters": [
-    {"name": "poured", "type": "disk", "shape": "body",
-     "material": {"random": {"of": ["plastic", "wood", "metal"]}},
-     "count": {"random": {"from": $fewest, "to": $count, "integer": true}},
-     "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height,
-     // of each body one of these
-     "palette": ["#c8553d", "#f28f3b", "#588b8b", "#ffd5c2", "#2d3047"]}
-  ],
-  "camera": {"position": [{"random": {"from": -$away, "to": $away}}, $above, $away],
-             "target": [0, $target, 0]},
-  "render": {"size": [640, 480]}
-}
-)";
-
-constexpr const char* kGuide = R"(  "materials": {
-    "ground": {"restitution": 0, "friction": 0.7},
-    "body": {"restitution": 0, "friction": 0.7, "density_kg_m3": 700}
-  },
-  "shapes": {
-    "ground": {"type": "plane"},
-    $shape
-  },
-  "bodies": [
-    {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
-  ],
-  "emitters": [
-    // the guide is filled like a mould$limit; the least glue holds them
-    {"name": "heap", "type": "mould", "shape": "body", "material": "body"$most}
-  ],
-  // the shape that the heap is to keep: any closed mesh with a level base
-  "guide": {"file": $guide}
-}
-)";
-
 // Space that a body takes among its kind, m^3, if their hulls fill the share `packed`. Cylinders of
 // length L and diameter D pack randomly to 5.4 D / L (Philipse 1996); this expresses it by hull and
 // bounding sphere.
@@ -228,7 +106,7 @@ TriangleMesh cone(double base_m, double top_m, double height_m) {
   return convex_hull(corners);
 }
 
-using Values = std::map<std::string, std::string>;
+using Values = NewSceneValues;
 
 // Bodies start at random in a cylinder of one body's height. Sets the rate: as many as fit through
 // the mouth in the time in which a body falls by its diameter.
@@ -396,18 +274,15 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
       {"until",
        has_guide ? "" : "  \"until\": \"settled\",  // the run ends as soon as all is at rest\n"}};
   double busy_s = 0;
-  const char* text = kPile;
   int count = 0;
   if (job.kind == NewSceneKind::pile) {
     count = job.count.value_or(kUsualHeap);
     size_pile(body, count, values);
   } else if (has_guide) {
-    text = kGuide;
     write_obj(size_guide(body, job, values), summary.guide);
     summary.guided = std::stoi(values.at("count"));
     values["guide"] = quoted(summary.guide.filename().generic_string());
   } else {
-    text = job.kind == NewSceneKind::bin ? kBin : kDataset;
     count = job.count.value_or(kUsualCount);
     size_bin(body, count, values);
     values["fewest"] = std::to_string(std::max(1, count / 3));
@@ -422,8 +297,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
   values["step"] = step_s < Scene::kFixedStep
                        ? "  \"step_s\": " + number(step_s) + ",  // of bodies as small as these\n"
                        : "";
-  values["shape"] = filled(kShape, values);
-  summary.text = filled(std::string(kHead) + text, values);
+  summary.text = new_scene_text(job.kind, std::move(values));
   write_file_atomically(job.output, summary.text);
   return summary;
 }
