@@ -26,7 +26,7 @@ class Starts {
   }
 
   std::vector<StartOverlap> overlaps() const;
-  // One of them does not appear before the other has left: nothing is done about what stands still.
+  // Both come later and neither is fixed: one of them waits until the other has left.
   bool wait(const StartOverlap& pair) const {
     return start_s(pair.a) > 0 && start_s(pair.b) > 0 && !is_fixed(pair.a) && !is_fixed(pair.b);
   }
@@ -172,7 +172,7 @@ void clear_starts(const Scene& scene, const std::vector<EmittedRow>& rows, Model
   const auto row_of = [&](uint32_t body) -> const EmittedRow* {
     for (const EmittedRow& row : rows) {
       if (body >= row.first && body - row.first < row.count) {
-        return can_be_drawn_anew(scene.emitters[row.emitter]) ? &row : nullptr;
+        return can_be_drawn_again(scene.emitters[row.emitter]) ? &row : nullptr;
       }
     }
     return nullptr;
@@ -195,11 +195,11 @@ void clear_starts(const Scene& scene, const std::vector<EmittedRow>& rows, Model
     // Another gave way before.
     bool clear = starts.is_clear(body, pose);
     for (uint32_t draw = 0; draw < kDraws && !clear; ++draw) {
-      const Pose anew =
-          drawn_anew(scene.emitters[row.emitter], row.emitter, scene.seed, body - row.first, draw);
-      clear = starts.is_clear(body, anew);
+      const Pose drawn =
+          drawn_again(scene.emitters[row.emitter], row.emitter, scene.seed, body - row.first, draw);
+      clear = starts.is_clear(body, drawn);
       if (!clear) continue;
-      pose = anew;
+      pose = drawn;
       starts.move(body, pose);
       moved[body] = 1;
       ++model.starts_moved;

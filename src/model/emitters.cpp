@@ -30,7 +30,7 @@ enum Draw : uint32_t {
   kColour,
   kRoughness,
   kClearCoat,
-  kAnew = 1000,  // .. kAnew + 999
+  kDrawnAgain = 1000,  // .. kDrawnAgain + 999
 };
 
 struct Dice {
@@ -330,13 +330,13 @@ std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, ui
   return bodies;
 }
 
-bool can_be_drawn_anew(const Emitter& emitter) {
+bool can_be_drawn_again(const Emitter& emitter) {
   return std::holds_alternative<DiskSource>(emitter.source);
 }
 
-Pose drawn_anew(const Emitter& emitter, size_t emitter_index, uint64_t seed, size_t body,
-                uint32_t draw) {
-  Philox dice = Dice{seed, emitter_index}.of(body, kAnew + draw);
+Pose drawn_again(const Emitter& emitter, size_t emitter_index, uint64_t seed, size_t body,
+                 uint32_t draw) {
+  Philox dice = Dice{seed, emitter_index}.of(body, kDrawnAgain + draw);
   const Vec3 place = in_cylinder(std::get<DiskSource>(emitter.source), dice);
   return {place, emitter.orientation ? *emitter.orientation : dice.rotation()};
 }

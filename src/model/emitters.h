@@ -36,11 +36,11 @@ std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, ui
                                 double bounding_radius, const TriangleMesh* volume_mesh);
 
 // Its bodies start at random places, of which another one is as good.
-bool can_be_drawn_anew(const Emitter& emitter);
+bool can_be_drawn_again(const Emitter& emitter);
 
 // Another pose at random for a body of such an emitter, the same for the same `draw` (below 1000).
 // It has the orientation that unroll() gives it where that is not random.
-Pose drawn_anew(const Emitter& emitter, size_t emitter_index, uint64_t seed, size_t body,
-                uint32_t draw);
+Pose drawn_again(const Emitter& emitter, size_t emitter_index, uint64_t seed, size_t body,
+                 uint32_t draw);
 
 }  // namespace pilesim
