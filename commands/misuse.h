@@ -6,8 +6,8 @@
 
 namespace pilesim {
 
-// The text of `error`, which parse() of `app` threw for these words: with what was meant, if the
-// word is a command or an option that is not there.
+// The text of `error`, which parse() of `app` threw for these words: with the nearest name, if the
+// word is an unknown command or option.
 std::string misuse_text(const CLI::App& app, const CLI::ParseError& error, int argc,
                         const char* const* argv);
 

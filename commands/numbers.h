@@ -1,6 +1,6 @@
 // Numbers on the command line: one strict reading of them for every option. A number is decimal
-// digits, real ones with point and exponent too, and nothing else beside them; what is out of range
-// is refused and never wrapped or rounded. --help and the refusal state the range.
+// digits, real ones with point and exponent too, and nothing else beside them; values out of range
+// are refused and never wrapped or rounded. --help and the refusal state the range.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -20,7 +20,7 @@ namespace pilesim {
 std::function<std::string(const std::string&)> named();
 
 // `name` is one long option whose value is one of `words`; `take` gets its index. `description`
-// says what they mean. Numbers are no words.
+// explains them. Numbers are no words.
 CLI::Option* add_word(CLI::App& command, const std::string& name, std::vector<std::string> words,
                       std::function<void(size_t)> take, const std::string& description);
 
@@ -47,7 +47,7 @@ struct Overrides {
 // --set, whose form is checked while parsing.
 void add_override_option(CLI::App& command, Overrides& overrides, const std::string& description);
 
-// Does `work`. What its errors say of a --set that was not given as one, they say of its option.
+// Does `work`. Its errors name the option instead of the --set that the option stands for.
 void with_options_named(const Overrides& overrides, const std::function<void()>& work);
 
 // Throws CLI::ValidationError for values of --set other than those of the camera or of render: the
@@ -96,7 +96,7 @@ void add_render_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_view_command(CLI::App& app);
 void add_presets_command(CLI::App& app);
-// Not for users: what the options of `app` say of themselves, for man, shells and the docs.
+// Not for users: the help of the options of `app`, for man, shells and the docs.
 void add_reference_command(CLI::App& app);
 void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);

@@ -1,5 +1,5 @@
 // The one way in which commands write text for people: names from scenes and meshes are in it, and
-// a terminal obeys what they hold.
+// a terminal obeys their control characters.
 #pragma once
 
 #include <string>

@@ -107,7 +107,7 @@ def mug():
 
 
 def chair():
-    """Of a doll: legs without tops that end in the seat, rails that run through the posts."""
+    """A doll's chair: legs without tops that end in the seat, rails that run through the posts."""
     mesh = Mesh()
     mesh.part("seat", "paint")
     mesh.box((-4, -4, 6), (4, 4, 6.9))

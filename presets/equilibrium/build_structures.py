@@ -216,7 +216,7 @@ def wedged():
     stack = []
     for storey in range(storeys):
         height = side / 2 + storey * side
-        # What falls past the others must not catch on the edges of those that no crate has pushed apart.
+        # A crate that falls past the others must not catch on the edges of those that no crate has pushed apart.
         out = 0.01 if storey == 0 else 0
         for i, across in enumerate((-side + into - out, side - into + out)):
             stack.append(body("crate %d.%d" % (storey, i), "crate", "wood", [across, height, 0],

@@ -22,7 +22,7 @@ void write_parts_atomically(const std::filesystem::path& path,
 // Appends all of `text` to an open file; `path` names it in the Error(io).
 void write_all(int descriptor, const std::string& path, std::string_view text);
 
-// No input is larger. What it takes in memory is bounded by what it takes on disk.
+// No input is larger. So the size of a file on disk bounds the memory that it takes.
 inline constexpr uint64_t kMostFileBytes = uint64_t{4} << 30;
 
 // The whole file, which must be a regular one: devices and pipes have no size to be held to. Throws

@@ -1,4 +1,4 @@
-// The frame of a file that long work is resumed from: a magic word, a version, what the work is,
+// The frame of a file that long work is resumed from: a magic word, a version, the kind of work,
 // the state, a checksum over all. It is written beside its place and renamed, so that a process
 // that is killed leaves the one before.
 #pragma once
@@ -18,7 +18,7 @@ namespace pilesim {
 struct CheckpointKey {
   std::string command;  // "simulate"
   std::string program;  // hash of the executable: states are laid out as it lays them out
-  std::string scene;    // hash of the scene, its files and what else the work depends on
+  std::string scene;    // hash of the scene, its files and all else that the work depends on
   std::string start;    // hash of the state that it began from; empty: of the scene alone
 
   static void fields(auto& self, auto& stream) {

@@ -15,7 +15,7 @@ enum class ErrorKind {
   io = 4,             // a file cannot be read or written
   quality = 5,        // a quality gate was not met
   internal = 6,       // a fault of pilesim
-  interrupted = 130,  // Ctrl-C; what was computed is safe on disk
+  interrupted = 130,  // Ctrl-C; all that was computed is safe on disk
 };
 
 // One thing that is wrong. Empty strings and zeros mean "does not apply" and are not printed.
@@ -24,8 +24,8 @@ struct Problem {
   std::string pointer;   // JSON pointer (RFC 6901) inside `file`
   int line = 0;          // from 1
   int column = 0;        // from 1
-  std::string found;     // what is there: "density_kg_m3 is -3"
-  std::string expected;  // what should be there: "a number above 0"
+  std::string found;     // the fault: "density_kg_m3 is -3"
+  std::string expected;  // the right value: "a number above 0"
   std::string remedy;    // how to mend it
 };
 

@@ -1,5 +1,5 @@
-// Charts, all drawn by gnuplot and in one style. What throws, throws Error(io) where gnuplot is
-// missing or fails.
+// Charts, all drawn by gnuplot and in one style. Functions throw Error(io) where gnuplot is missing
+// or fails.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@ class Plot {
   std::string settings_, elements_, data_;
 };
 
-// `text` for a script, in quotes; what gnuplot would take for the end of it becomes a space.
+// `text` for a script, in quotes; characters that would end it become spaces.
 std::string quoted(std::string text);
 
 // The picture of a script as an <svg> element that may stand in a page, px.

@@ -1,6 +1,6 @@
 // Ctrl-C, a polite kill and a terminal that closes (SIGINT, SIGTERM, SIGHUP): long work asks
-// between frames and stops with what it has safe on disk. A second SIGINT or SIGTERM ends the
-// process at once; what is ignored when the process starts, as SIGHUP is under nohup, stays
+// between frames and stops with its results safe on disk. A second SIGINT or SIGTERM ends the
+// process at once; signals that are ignored when the process starts, as SIGHUP is under nohup, stay
 // ignored. Installed only where such a loop begins: nobody asks before, and the signal's default
 // action, to end the process at once, is right while nothing but renamed files was written.
 #pragma once

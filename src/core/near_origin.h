@@ -5,8 +5,8 @@
 
 namespace pilesim {
 
-// m, world: the world's origin, or, for what lies so far from it that floats round it to more than
-// a few millionths of `extent_m`, its `middle`, rounded so that floats hold it exactly.
+// m, world: the world's origin, or, where floats would round by more than a few millionths of
+// `extent_m`, the `middle` of the bodies, rounded so that floats hold it exactly.
 inline Vec3 near_origin(const Vec3& middle, double extent_m) {
   constexpr double kFar = 64;  // times the extent
   if (!(middle.norm() > kFar * extent_m)) return Vec3::Zero();

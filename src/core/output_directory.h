@@ -18,7 +18,7 @@ inline constexpr std::string_view kFilmFiles = "films/frame.*.film";
 inline constexpr std::string_view kRenderCheckpointFile = "render_checkpoint.bin";
 inline constexpr std::string_view kCamerasFile = "cameras.json";
 inline constexpr std::string_view kCocoFile = "coco.json";
-// All that `pilesim simulate` replaces: what it writes, and pictures, which show another run then.
+// All that `pilesim simulate` replaces: its own files, and pictures, which show another run then.
 inline constexpr std::string_view kSimulationEntries[] = {"trajectory.zarr",
                                                           "timing.csv",
                                                           "checkpoint.bin",
@@ -48,9 +48,9 @@ inline constexpr std::string_view kSimulationEntries[] = {"trajectory.zarr",
 std::vector<std::filesystem::path> claim_output(const std::filesystem::path& directory,
                                                 std::span<const std::string_view> own, bool force);
 
-// For a single file of results: refuses a name that is empty or "-", what is no regular file and,
-// without `force`, a file that is there (Error usage), and what can be no such file: a directory, a
-// name that is too long, a place where nothing can be written (Error io). Touches nothing.
+// For a single file of results: throws Error(usage) for a name that is empty or "-", a path that is
+// no regular file and, without `force`, a file that exists. Throws Error(io) for a directory, a
+// name that is too long and a place where nothing can be written. Touches nothing.
 void claim_output_file(const std::filesystem::path& file, bool force);
 
 // Removes `entries`, which claim_output() gave, each in one go: temporary_file.h. Throws Error(io).

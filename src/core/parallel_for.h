@@ -21,7 +21,7 @@ void parallel_for(size_t count, size_t grain,
 
 // Runs `work` with threads that stay awake between its parallel loops: to wake them for each would
 // take longer than short loops do. Each begins with its own part of a loop's range, the same in all
-// loops, as what is there is in its cache; then it helps the others. A loop within a loop's chunk
+// loops, because that data is in its cache; then it helps the others. A loop within a loop's chunk
 // is an ordinary one.
 void with_threads_awake(const std::function<void()>& work);
 

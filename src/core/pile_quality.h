@@ -1,4 +1,4 @@
-// Whether a pile is sound: what simulators measure at the end and reports judge.
+// Whether a pile is sound: figures that simulators measure at the end and reports judge.
 #pragma once
 
 #include <cstdint>

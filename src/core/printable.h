@@ -1,5 +1,5 @@
 // Text from files and users made safe to show: a terminal acts on control characters, and letters
-// that turn the direction of writing make a line read as what it is not.
+// that turn the direction of writing make a line read as another one.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ std::string printable_lines(std::string_view text);
 // `text` as one word of a shell's command line: as it is, or in single quotes where it needs them.
 std::string shell_word(std::string_view text);
 
-// `text` cut after at most `length` bytes, not inside a character, with "..." for what is missing.
+// `text` cut after at most `length` bytes, not inside a character, with "..." for the missing rest.
 std::string shortened(std::string_view text, size_t length);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// Rotations from what they do.
+// Rotations from angles, axes and directions.
 #pragma once
 
 #include "core/types.h"

@@ -6,7 +6,7 @@ namespace pilesim {
 enum class SolidRule {
   automatic,  // the mesh if it is a solid or can be mended, else a wrap; refused where that guesses
   exact,      // the mesh or nothing
-  wrap,       // what its generalised winding numbers enclose
+  wrap,       // the space that its generalised winding numbers enclose
   hull,       // its convex hull
 };
 

@@ -13,7 +13,7 @@ enum class Stage { broad_phase, narrow_phase, solver, integration, output };
 inline constexpr size_t kStageCount = 5;
 std::string_view stage_name(Stage stage);
 
-// Seconds by stage; `total` includes what no stage claims.
+// Seconds by stage; `total` also includes time of no stage.
 struct StageTimes {
   std::array<double, kStageCount> seconds{};
   double total_s = 0;

@@ -1,6 +1,5 @@
-// The state of a simulation as bytes, and back: what checkpoints are made of. Numbers are as they
-// lie in memory, so bytes are for the program that wrote them (core/checkpoint_file.h sees to
-// that).
+// The state of a simulation as bytes, and back, for checkpoints. Numbers are as they lie in memory,
+// so bytes are for the program that wrote them (core/checkpoint_file.h sees to that).
 //
 // A struct of state lists its fields once, for both ways:
 //   static void fields(auto& state, auto& stream) { stream(state.position, state.speed); }
@@ -30,7 +29,7 @@ namespace state_stream {
 template <class T>
 concept Number = (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) || std::is_enum_v<T>;
 
-// Numbers one after the other: their bytes are what is stored.
+// Numbers one after the other: their bytes are stored.
 template <class T>
 struct IsNumbers : std::bool_constant<Number<T>> {};
 template <class Scalar, int Rows, int Columns, int Options>
@@ -112,9 +111,9 @@ class StateWriter {
   std::vector<std::byte> bytes_;
 };
 
-// Throws Error(input) where the bytes end too early or are of no such value. Takes no more memory
-// than the bytes are worth. What a value may be besides, such as an index, its loader checks with
-// require().
+// Throws Error(input) where the bytes end too early or are no value of the type. Takes no more
+// memory than the bytes are worth. The loader checks further conditions with require(), such as the
+// range of an index.
 class StateReader {
  public:
   // The bytes must outlive it.

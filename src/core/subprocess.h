@@ -1,5 +1,5 @@
 // Other programs (ffmpeg, gnuplot) run as child processes without a shell: text or pixels go into
-// their stdin through a pipe, what they print is kept.
+// their stdin through a pipe, their output is kept.
 #pragma once
 
 #include <sys/types.h>
@@ -26,8 +26,8 @@ class Subprocess {
  public:
   // Starts argv[0], looked up in PATH, in a process group of its own, so that Ctrl-C reaches
   // pilesim only, which then ends the child in good order. Where pilesim is killed, or the thread
-  // ends that started the child, the kernel kills the child. What it prints is kept in memory: ask
-  // talkative programs to be quiet. It works in `directory`, or where that is empty in this
+  // ends that started the child, the kernel kills the child. All that it prints is kept in memory:
+  // ask talkative programs to be quiet. It works in `directory`, or where that is empty in this
   // process's own. Throws Error(io) where it cannot be started; if it is not installed, the message
   // names `debian_package`.
   Subprocess(const std::vector<std::string>& argv, const std::string& debian_package,

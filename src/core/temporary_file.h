@@ -8,8 +8,8 @@ namespace pilesim {
 
 class TemporaryFile {
  public:
-  // Makes an empty file beside `path`. The first one of this process in a directory removes what
-  // killed processes left there. Throws Error(io), naming `path`.
+  // Makes an empty file beside `path`. The first one of this process in a directory removes files
+  // that killed processes left there. Throws Error(io), naming `path`.
   explicit TemporaryFile(std::filesystem::path path);
   // Removes the file unless it took its place.
   ~TemporaryFile();
@@ -18,7 +18,7 @@ class TemporaryFile {
 
   const std::filesystem::path& name() const { return name_; }
   int descriptor() const { return descriptor_; }  // open for writing
-  // Replaces what is at `path`, in one go. Call once; throws Error(io), naming `path`.
+  // Replaces the file at `path` in one go. Call once; throws Error(io), naming `path`.
   void take_place();
 
  private:
@@ -27,8 +27,8 @@ class TemporaryFile {
 };
 
 // Removes a file, or a directory with all that is in it: a directory first gets a temporary name,
-// so that a process killed here leaves it whole or not at all. Of a symbolic link the link only.
-// Throws Error(io), naming `path`.
+// so that a process killed here leaves it whole or not at all. Removes a symbolic link, not its
+// target. Throws Error(io), naming `path`.
 void remove_in_one_go(const std::filesystem::path& path);
 
 }  // namespace pilesim

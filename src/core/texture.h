@@ -20,7 +20,7 @@ struct Texture {
 };
 
 // The same picture of `width` x `height` pixels, at least one and no more than it has: each is the
-// mean, of light, of what it covers.
+// mean of the light of the pixels that it covers.
 Texture shrunk(const Texture& texture, int width, int height);
 
 // Where a triangle's corners lie in a texture: to the right and downward, 1 is all of its width or

@@ -23,9 +23,9 @@ class BaseColours {
   // `colours_are_linear`: those of materials and vertices; else they are sRGB. `scene` outlives it.
   BaseColours(const aiScene& scene, bool colours_are_linear, FindFile find);
 
-  // The mean over a triangle of what its material, its texture and its vertices say; of a texture
-  // by its opaque part. Textures are pictures of at most 8192 pixels a side; others are as if they
-  // were not there, and lost() says so.
+  // The mean over a triangle of the colours of its material, its texture and its vertices. A
+  // texture counts by its opaque part. Textures are pictures of at most 8192 pixels a side; others
+  // are as if they were not there, and lost() says so.
   Colour of(const aiMesh& mesh, const aiFace& face);
   // Adds the face to map(): where it lies in its texture, whose pixels are multiplied by the
   // material's colour, and see-through ones filled with the mean of the others. None where it has

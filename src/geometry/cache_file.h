@@ -40,7 +40,7 @@ void add_mesh(Hasher& key, const TriangleMesh& mesh);
 
 // Vertices and triangles, bit by bit.
 nlohmann::json to_cached(const TriangleMesh& mesh);
-// Throws Error(input) or json::exception where it is not what to_cached() gives.
+// Throws Error(input) or json::exception where it is no result of to_cached().
 TriangleMesh mesh_from_cached(const nlohmann::json& value);
 
 }  // namespace pilesim

@@ -32,11 +32,11 @@ struct Decomposition {
   double surface_error_m = 0;  // symmetric Hausdorff distance
   double surface_share = 0;    // the same as a share of the longest side of the mesh's bounds
   double mean_surface_error_m = 0;
-  // The deepest hollow, above what was asked for, that is filled as there may be no more pieces, as
-  // a share of the longest side; 0: there is none.
+  // The deepest hollow beyond the depth asked for that is filled because no more pieces are
+  // allowed, as a share of the longest side; 0: there is none.
   double hollow_share = 0;
   bool from_groups = false;  // the mesh named its own convex parts
-  // Where volume_error() is above what was asked for with as many pieces as may be: so many would
+  // Where volume_error() is above the error asked for with as many pieces as allowed: so many would
   // come to about so much. 0: nothing to offer.
   int more_pieces = 0;
   double error_with_more = 0;

@@ -25,8 +25,7 @@ struct ConvexPart {
 struct ConvexPartition {
   std::vector<ConvexPart> parts;
   // By how much the hulls exceed max_parts, max_parts + 1, ... parts in all, m^3, as the search
-  // found it on its way down; what it did then with the parts that it gives is not in it. Never
-  // empty.
+  // found it on its way down, without its later changes to the resulting parts. Never empty.
   std::vector<double> excess_with_more;
   // The deepest hollow, above max_depth_m, that is left as there may be no more parts, m; else 0.
   double hollow_m = 0;

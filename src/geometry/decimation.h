@@ -9,7 +9,7 @@
 namespace pilesim {
 
 // Vertices of a closed mesh whose edges have two triangles each are given up to a neighbour, in
-// rounds, as long as the planes that met in them and in what was given up to them stay within
+// rounds, as long as the planes that met in them and in the vertices given up to them stay within
 // `error_m`, in the root of their mean square by area (Garland and Heckbert 1997). Vertices marked
 // in `keeps` (vertex; empty: none) stay. The result is closed like the mesh: nothing is pinched or
 // turned over, and no triangle is flatter than 1e-6 of the extent. That parts which lie close do

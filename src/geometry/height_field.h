@@ -17,7 +17,8 @@ inline constexpr int kLargestHeightField = 2048;  // pixels a side
 // steps of 1/65535 (of 8-bit pictures 1/255); `size_x_m` and `size_z_m` from the first pixel's
 // centre to the last one's, about the origin. The picture's right is +x, its lower edge +z.
 // Triangles face up. Colours count by their brightness. Throws Error(io), and Error(input) naming
-// `png` for what is no PNG, or has less than 2 or more than kLargestHeightField pixels a side.
+// `png` for a file that is no PNG, or has less than 2 or more than kLargestHeightField pixels a
+// side.
 TriangleMesh height_field_mesh(const std::filesystem::path& png, double size_x_m, double size_z_m,
                                double low_m, double high_m);
 
@@ -32,7 +33,7 @@ void for_each_triangle_near(const TriangleMesh& mesh, uint32_t columns, const Bo
                             const Visit& visit) {
   const auto rows = static_cast<uint32_t>(mesh.vertices.size() / columns);
   const Vec3 &first = mesh.vertices.front(), &last = mesh.vertices.back();
-  // Whole cells, one more on either side for what rounding does.
+  // Whole cells, one more on either side for rounding.
   const auto cells = [&](int axis, uint32_t vertices) {
     const double cell = (last[axis] - first[axis]) / (vertices - 1);
     const auto place = [&](double at) {

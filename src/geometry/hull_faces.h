@@ -1,5 +1,5 @@
 // The flat faces of a convex hull whose vertices are rounded. Rounding turns one face into many
-// facets that differ by slight angles; what is decided by faces wants the face.
+// facets that differ by slight angles; decisions by faces need the one face.
 #pragma once
 
 #include <cstdint>

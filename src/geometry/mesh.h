@@ -25,8 +25,8 @@ struct TriangleMesh {
   std::vector<Vec3> vertices;       // (V) m
   std::vector<Triangle> triangles;  // (T) indices below V
   std::vector<MeshGroup> groups;    // disjoint, ordered, covering all triangles; empty: one unnamed
-  std::vector<Colour> colours;      // (T) of what is drawn; empty: the file says nothing of them
-  TextureMap texture_map;           // what is drawn in place of colours, where there are any
+  std::vector<Colour> colours;      // (T) drawn ones; empty: the file has none
+  TextureMap texture_map;           // drawn in place of colours, where there are textures
   // How far the digits that the vertices were written with may have moved each of them, m; 0 where
   // nothing is known of it.
   double rounding_m = 0;

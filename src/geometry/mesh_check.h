@@ -21,7 +21,7 @@ enum class MeshDefectKind {
 struct MeshDefect {
   MeshDefectKind kind;
   size_t count;      // how many edges, triangles, or pairs of triangles show it
-  std::string text;  // what and where: "edge (12, 31) at (0.1, 0.2, 0.3) has one triangle ..."
+  std::string text;  // defect and place: "edge (12, 31) at (0.1, 0.2, 0.3) has one triangle ..."
 };
 
 // Every kind of defect the mesh has, each with its first place; empty for a proper solid. Several

@@ -1,5 +1,5 @@
 // The contents of a mesh file, read by assimp in a process of its own: assimp believes the lengths
-// that it reads, and nobody can tell what a broken file of one of its forty formats makes it do.
+// that it reads, and a broken file of one of its forty formats may make it do anything.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,11 @@
 
 namespace pilesim {
 
-// All triangles as they are in the file, times `scale` (> 0), none of them shared or welded: what
-// import_mesh() begins with. Colours
-// are kept where the file has others than one grey: what programs give to all that has none.
-// Vertices are finite and indices in range. Memory and time for reading are bounded by the sizes of
-// the file and of those that it names. Throws as import_mesh() does.
+// All triangles as they are in the file, times `scale` (> 0), with vertices neither shared nor
+// welded, for import_mesh(). Colours are kept where the file has others than one grey, which
+// programs give to things without a colour. Vertices are finite and indices in range. Memory and
+// time for reading are bounded by the sizes of the file and of those that it names. Throws as
+// import_mesh() does.
 TriangleMesh read_mesh_file(const std::filesystem::path& file, double scale);
 
 // Error(input) for a file that holds no mesh.

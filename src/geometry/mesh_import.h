@@ -1,4 +1,4 @@
-// Meshes from files, through assimp (obj, stl, ply, glb and what else assimp reads).
+// Meshes from files, through assimp (obj, stl, ply, glb and all else that assimp reads).
 #pragma once
 
 #include <filesystem>

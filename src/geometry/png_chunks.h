@@ -7,7 +7,7 @@
 namespace pilesim {
 
 // False of a PNG whose first IDAT chunk is empty, or that has none: the decoder would copy from
-// nowhere. True of what is no PNG.
+// nowhere. True of pictures that are no PNG.
 bool may_be_decoded(std::string_view picture);
 
 // Why a PNG must not be decoded: not may_be_decoded(), or its compressed data hold more than its

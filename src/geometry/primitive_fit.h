@@ -19,9 +19,9 @@ struct FittedPrimitive {
 
 // The primitive that the convex hull of `mesh` is, at any place and turn: each corner of the hull
 // lies on it to 0.1 % of its smallest extent (0.2 % where the mesh's coordinates are rounded so),
-// no face lies farther below it than 1 % of the diameter of what is round; a box's faces as its
-// corners. So a circle has sixteen corners at least. None: it is none of them. Throws
-// Error(input) as convex_hull() does.
+// no face lies farther below it than 1 % of the diameter of a round primitive; a box's faces as its
+// corners. So a circle has sixteen corners at least. None: it is none of them. Throws Error(input)
+// as convex_hull() does.
 std::optional<FittedPrimitive> fit_primitive(const TriangleMesh& mesh);
 
 }  // namespace pilesim

@@ -7,8 +7,8 @@
 
 namespace pilesim {
 
-// The visible surface of the union of convex pieces: their facets less what lies inside or against
-// another piece (within 1e-6 of the bounding diagonal). Triangles that are not joined.
+// The visible surface of the union of convex pieces: their facets without the parts inside or
+// against another piece (within 1e-6 of the bounding diagonal). Triangles that are not joined.
 TriangleMesh outer_surface(std::span<const TriangleMesh> pieces);
 
 struct SurfaceDistance {

@@ -22,10 +22,11 @@ struct Wrap {
   double lost_share = 0;     // share of the triangles' area outside of it by over a cell
 };
 
-// Around what `mesh` encloses, and what is nearer to `sheets` than half of the thickness; one of
-// the two may have no triangles. Together they have an extent. Marching tetrahedra on a grid,
-// looked at only near the surface and where inside and outside meet elsewhere, then simplified as
-// far as it stays within half a cell and touches itself nowhere. Deterministic, in parallel.
+// Around the space that `mesh` encloses and all points nearer to `sheets` than half of the
+// thickness; one of the two may have no triangles. Together they have an extent. Marching
+// tetrahedra on a grid, looked at only near the surface and where inside and outside meet
+// elsewhere, then simplified as far as it stays within half a cell and touches itself nowhere.
+// Deterministic, in parallel.
 Wrap wrap_mesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const WrapOptions& options);
 
 }  // namespace pilesim

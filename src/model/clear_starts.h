@@ -17,9 +17,9 @@ struct EmittedRow {
 };
 
 // Pairs of bodies that overlap, by their collision shapes, by more than a thousandth of the smaller
-// one's bounding radius when the later of the two appears; as far as that is known beforehand: what
-// appears at the start, and fixed bodies. A body that comes later waits for those that move. Bodies
-// that fill a guide are left out. Ascending.
+// one's bounding radius when the later of the two appears; as far as that is known beforehand:
+// bodies that appear at the start, and fixed bodies. A body that comes later waits for those that
+// move. Bodies that fill a guide are left out. Ascending.
 std::vector<StartOverlap> find_start_overlaps(const Model& model);
 
 // The same, after each body of a disk that overlaps others was drawn again in the disk, by random

@@ -1,5 +1,5 @@
-// Bins, tables, shelves and stairs as boxes that do not overlap: their mass is exact, and so is
-// what collides.
+// Bins, tables, shelves and stairs as boxes that do not overlap: their mass is exact, and so are
+// their collision shapes.
 #pragma once
 
 #include <vector>

@@ -14,10 +14,10 @@ namespace pilesim {
 namespace {
 
 // Files are mistaken by 100 (centimetres, Blender's FBX) or 1000 (millimetres). Each limit leaves
-// room to the right scenes of presets/ and lies below what such a mistake makes of them.
+// room to the right scenes of presets/ and lies below the sizes that such a mistake gives them.
 constexpr double kLongestMoving = 5, kLongest = 20, kShortest = 2e-3;  // m, at "scale" 1
 constexpr double kOfStanding = 5;        // longest that moves against all that stands
-constexpr double kOfMoving = 3000;       // longest that stands against what moves
+constexpr double kOfMoving = 3000;       // longest that stands against all that moves
 constexpr double kOfOthers = 30;         // against the others that move
 constexpr double kLeastOfOthers = 0.01;  // against them, whether it moves or not
 constexpr double kOfCamera = 2;          // against the camera's way to its target
@@ -64,7 +64,7 @@ class Surroundings {
     for (const auto& [source, length_m] : moving_) longest = std::max(longest, length_m);
     return longest;
   }
-  // The median length of what moves and is of other shapes; 0: there is nothing.
+  // The median length of moving bodies of other shapes; 0: there are none.
   double others_m(const std::string& source) const {
     std::vector<double> lengths;
     for (const auto& [other, length_m] : moving_) {

@@ -10,9 +10,9 @@
 
 namespace pilesim {
 
-// One line a shape and doubt: what is odd about it, and what to write if it is wrong; and one a
-// texture that is left out, once a file. No doubts about shapes that say their "size_m" or, of the
-// axis, their "up". `model` is that of `scene`.
+// One line a shape and doubt: the odd value, and the key that corrects it; and one a texture that
+// is left out, once a file. No doubts about shapes that say their "size_m" or, of the axis, their
+// "up". `model` is that of `scene`.
 std::vector<std::string> describe_unlikely_meshes(const Scene& scene, const Model& model);
 
 }  // namespace pilesim

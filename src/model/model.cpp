@@ -64,8 +64,8 @@ class ProblemCollector {
   std::vector<Problem> problems_;
 };
 
-// The volume of what only one of the two encloses, in the solid's. By the middles of cells, of
-// which the longest side has kCells: errs by a tenth of a per cent or so.
+// The volume that only one of the two encloses, as a share of the solid's. It counts the middles of
+// cells, kCells along the longest side, and errs by about a tenth of a per cent.
 double volume_error(const TriangleMesh& mesh, const TriangleMesh& solid) {
   constexpr double kCells = 64;
   Bounds bounds = mesh.bounds();
@@ -166,7 +166,7 @@ class ModelBuilder {
     const Vec3 moments = principal_inertia(shape.mass.inertia_m5).moments / shape.mass.volume_m3;
     const Vec3 sides = (6 * (moments.sum() - 2 * moments.array())).max(0).sqrt();
     const double longest = sides.maxCoeff(), shortest = sides.minCoeff();
-    // The rounding of what lies at a bound.
+    // Room for the rounding of sizes at a bound.
     constexpr double kSpare = 0.5;
     if (longest * kSpare <= kLargestMoving && shortest >= kSpare * kSmallestLength &&
         shortest >= kSpare * kThinnestMoving * longest) {
@@ -308,7 +308,8 @@ class ModelBuilder {
     append(std::move(body), source.colour);
   }
 
-  // Glue holds what lies as gravity left it; what was turned over lies otherwise, and slumps.
+  // Glue holds bodies that lie as gravity left them; bodies that were turned over lie otherwise,
+  // and slump.
   bool fills_as_mould(const Emitter& emitter) const {
     return std::holds_alternative<MouldSource>(emitter.source) ||
            scene_.guide->hold == HoldKind::glue;

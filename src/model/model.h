@@ -146,11 +146,11 @@ struct Model {
   std::vector<ModelEvent> events;    // ordered by time
   std::vector<ModelPairRule> pair_rules;
   TriangleMesh guide;  // in the world; empty: none
-  // Its size, and what was done to its mesh: "guide: 1 x 2 x 1 m, ..."; empty: none.
+  // Its size, and the repairs of its mesh: "guide: 1 x 2 x 1 m, ..."; empty: none.
   std::string guide_report;
   std::optional<GuideFill> guide_fill;
   std::optional<BodyRange> moulded;          // those that a mould was filled with
-  std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
+  std::vector<StartOverlap> start_overlaps;  // those that are left (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
   uint32_t starts_moved = 0;  // bodies drawn again, so as not to start in others
   // Signatures of objects whose shape names no file, where the mode needs it; null: not measured

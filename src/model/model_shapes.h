@@ -46,7 +46,7 @@ SolidOptions solid_options(const MeshShape& shape);
 std::string shape_pointer(const std::string& name);
 
 // All shapes of a scene together have no more, drawn and collided with: parts of compounds and
-// sizes of emitters multiply what files hold.
+// sizes of emitters multiply the triangles of files.
 inline constexpr size_t kMostTriangles = 20'000'000;
 size_t triangles_of(const ModelShape& shape);
 // The error at the shape's `pointer` that exceeds it.

@@ -1,5 +1,5 @@
 // Rooms drawn as a box with its faces outward, as modelling tools make one: closed surfaces are
-// touched from outside, and what begins inside of one would fall out of it.
+// touched from outside, and bodies that begin inside of one would fall out of it.
 #pragma once
 
 #include "model/model.h"

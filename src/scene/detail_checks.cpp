@@ -54,7 +54,7 @@ class DetailChecker {
     }
   }
 
-  // That spheres stand for what `name` means.
+  // Reports a `name` that means no bodies with spheres.
   void check_name(const std::string& name, const Path& path) {
     if (!log_.is_sound(path)) return;
     std::vector<std::string> names;

@@ -1,4 +1,4 @@
-// Refuses what Bullet cannot do, where it is to solve the contacts of a scene.
+// Reports settings that Bullet cannot follow in scenes whose contacts Bullet is to solve.
 #pragma once
 
 #include "json/problem_log.h"

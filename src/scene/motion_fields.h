@@ -8,7 +8,7 @@
 
 namespace pilesim {
 
-// `access` takes a T& to its Motion&; `what` names what moves.
+// `access` takes a T& to its Motion&; `what` names the moving object.
 template <class T, class Access>
 Fields<T> motion_fields(Access access, const std::string& what) {
   return {

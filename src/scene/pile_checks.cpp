@@ -37,7 +37,7 @@ bool contains(const std::vector<GroundPoint>& corners, const GroundPoint& point)
   return true;
 }
 
-// The highest static level plane: what lies below it is under the ground.
+// The highest static level plane: bodies below it are under the ground.
 std::optional<double> ground_height(const Scene& scene) {
   std::optional<double> height;
   for (const Body& body : scene.bodies) {

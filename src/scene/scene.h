@@ -1,5 +1,5 @@
 // A scene as its author wrote it: typed, checked, immutable. No geometry is loaded here;
-// build_model() (model/model.h) turns it into what simulators step. Lengths in metres, times in
+// build_model() (model/model.h) makes a model for simulators of it. Lengths in metres, times in
 // seconds, angles in radians (scene files say degrees where a key ends in _deg), y up.
 #pragma once
 
@@ -70,7 +70,7 @@ struct MeshShape {
   double decomposition_max_volume_error = 0.05;    // > 0
   int sphere_count = 7;                            // 1 .. 64, for `spheres`
   std::optional<std::filesystem::path> signature;  // absolute; for the statistical mode
-  SolidRule solid = SolidRule::automatic;          // how it becomes what has mass and collides
+  SolidRule solid = SolidRule::automatic;          // how it becomes a solid
   double thickness_m = 0;  // of parts that are sheets, >= 0; 0: there are to be none
 };
 // Whether a scale is one factor above 0 for all axes.
@@ -122,7 +122,7 @@ struct CompoundPart {
 struct CompoundShape {
   std::vector<CompoundPart> parts;  // they do not overlap
 };
-// Made of boxes that do not overlap; the origin of each is in the middle of what it stands on.
+// Made of boxes that do not overlap; the origin of each is in the middle of its base.
 struct BinShape {
   Vec3 size = Vec3::Zero();  // of its inside, > 0; open at the top
   double thickness = 0.02;   // of floor and walls, > 0
@@ -164,8 +164,8 @@ struct Hinge {
 };
 
 // How the surface of a body that contacts do not move runs along it, as that of a belt or a roller:
-// in the shape's own frame, about its origin. What lies on it feels the part that is tangential at
-// its contact.
+// in the shape's own frame, about its origin. A body on it feels the part that is tangential at its
+// contact.
 struct SurfaceVelocity {
   Vec3 linear = Vec3::Zero();   // m/s
   Vec3 angular = Vec3::Zero();  // rad/s
@@ -199,7 +199,7 @@ struct ShakeMotor {
 };
 struct Motor {
   std::variant<SpinMotor, SwayMotor, ShakeMotor> action;
-  double frequency_hz = 1;      // > 0; of what goes to and fro
+  double frequency_hz = 1;      // > 0; of a motion to and fro
   double phase = 0;             // rad, of the sine at start_s
   double start_s = 0;           // >= 0
   std::optional<double> end_s;  // none: it never ends; else start_s + 2 ramp_s or later
@@ -288,7 +288,7 @@ struct LineSource {
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // m
   double period_s = 1;                          // > 0
 };
-// A stream from a nozzle. Where it moves, `motion` places it and turns what it launches.
+// A stream from a nozzle. Where it moves, `motion` places it and turns its bodies.
 struct PointSource {
   Vec3 position = Vec3::Zero();  // m
   Motion motion;
@@ -383,7 +383,7 @@ std::string mode_name(SimulatorMode mode);
 // How the mixed mode treats a pair of bodies that may touch. none: not at all.
 enum class PairMethod : uint8_t { none, impulse, statistical, particle };
 
-// One level of detail: what becomes of pairs of prefer-statistical bodies, I' where a must-impulse
+// One level of detail: the methods for pairs of prefer-statistical bodies, I' where a must-impulse
 // body is near and S elsewhere. Pairs with a must-impulse body are always solved.
 struct DetailLevel {
   PairMethod near_near = PairMethod::impulse;     // (I', I')
@@ -406,7 +406,7 @@ struct LevelOfDetail {
   std::vector<double> distances_m;   // ascending; from the camera, beyond which the next one holds
   std::vector<double> screen_sizes;  // descending; of the picture's height, below which it holds
   std::vector<double> speeds;        // ascending, m/s; above which it holds
-  std::optional<int> out_of_view;    // the level of what the camera does not see, from 1
+  std::optional<int> out_of_view;    // the level of bodies that the camera does not see, from 1
   double hysteresis = 0.1;           // share of a limit by which a level outlasts it, 0 .. 0.9
   std::vector<PairRule> pairs;
 
@@ -475,7 +475,7 @@ struct Pile {
   double angle = radians(30);         // of repose, (0, 80 degrees]
   double tau = 0.5;                   // of the sleep score, (0, 1)
   Method method = Method::own;        // the same for all piles of a scene
-  double base_m = 0;                  // y of what it stands on
+  double base_m = 0;                  // y of the ground below it
   std::optional<GroundPoint> centre;  // none (and no footprint): where the first bodies land
   // Instead of a centre: 2 points of a line or a convex polygon, from which slopes fall on all
   // sides. Empty: a cone.
@@ -503,7 +503,7 @@ struct Camera {
 
 // Around a point at one height, at a constant speed.
 struct CameraOrbit {
-  std::optional<Vec3> target;  // m; none: the middle of what lies there at the end
+  std::optional<Vec3> target;  // m; none: the middle of the pile at the end
   double distance_m = 1;       // > 0, from the target
   double elevation = 0;        // above it, (-90, 90 degrees)
   double azimuth = 0;          // at the start; 0 is +z, then towards +x
@@ -516,7 +516,7 @@ struct RandomViews {
   std::array<double, 2> distance_m = {1, 1};           // from, to; > 0
   std::array<double, 2> elevation = {0, radians(90)};  // from, to
 };
-// One of several cameras: exactly one of what follows the name says where it is.
+// One of several cameras: exactly one member after the name says where it is.
 struct NamedCamera {
   std::string name;
   std::optional<Camera> path;
@@ -528,7 +528,8 @@ struct NamedCamera {
 // Renderer: OpenGL, which is fast, or rays.
 enum class Renderer : uint8_t { raster, rays };
 
-// How long the renderer by rays takes for a picture. What it does not say follows from `quality`.
+// How long the renderer by rays takes for a picture. Settings that the scene leaves out follow from
+// `quality`.
 enum class RayQuality : uint8_t {
   preview,  // a sample, the sun's shadow and the open sky
   good,     // four of them
@@ -578,7 +579,7 @@ enum class Finishing : uint8_t { by_mode, never, always };
 struct Finish {
   Finishing when = Finishing::by_mode;
   std::optional<double> longest_s;  // > 0, simulated; none: by the size of the bodies
-  bool visible_only = false;        // what no camera can see stays in each other
+  bool visible_only = false;        // bodies that no camera can see may still overlap
 };
 
 // When a run ends: after its duration, or, at the latest then, when all has come to rest.

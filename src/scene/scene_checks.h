@@ -7,8 +7,8 @@
 
 namespace pilesim {
 
-// `scene` was read from `document`, and `log` has what was wrong with single keys: what builds on
-// those is not checked.
+// `scene` was read from `document`, and `log` has the faults of single keys: values that depend on
+// those are not checked.
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log);
 
 // That the mesh files of shapes and emitters are there.

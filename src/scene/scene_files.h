@@ -1,4 +1,5 @@
-// The files that a scene names, and its hash, which is of what they hold and not of where they lie.
+// The files that a scene names, and its hash, which depends on their content and not on their
+// places.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +10,9 @@
 
 namespace pilesim {
 
-// 32 hexadecimal digits of the resolved scene with the content of each file (and of what
-// files_named_by_mesh() gives) in place of its path: the same wherever the scene lies and whatever
-// its files are called. A file that is not there counts as missing; what cannot be read throws
+// 32 hexadecimal digits of the resolved scene with the content of each file (and of the files of
+// files_named_by_mesh()) in place of its path: the same wherever the scene lies and whatever its
+// files are called. A file that is not there counts as missing; a file that cannot be read throws
 // Error(io).
 std::string scene_hash(const LoadedScene& loaded);
 

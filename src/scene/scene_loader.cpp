@@ -45,7 +45,7 @@ class Locator {
     for (size_t i = 0; i < findings.size(); ++i) {
       if (causes[i] != nullptr) continue;
       const SceneSources::Place place = sources.place(findings[i].pointer);
-      // With all ancestors: what is missing is shown where it should be.
+      // With all ancestors: a missing value is shown where it should be.
       for (std::string pointer = place.pointer;; pointer = parent_of(pointer)) {
         offsets_[place.file][pointer];
         if (pointer.empty()) break;
@@ -144,7 +144,7 @@ struct Reading {
 Reading read_document(Json document, const std::filesystem::path& file, MeshFiles mesh_files) {
   Reading reading;
   reading.variables = resolve_values(document, reading.context.log);
-  if (!reading.context.log.findings().empty()) return reading;  // what is left is no scene yet
+  if (!reading.context.log.findings().empty()) return reading;  // the document is no scene yet
   reading.context.directory = std::filesystem::absolute(file).parent_path();
   scene_codec().read(document, Path(), reading.scene, reading.context);
   check_scene(reading.scene, document, reading.context.log);
@@ -162,7 +162,7 @@ std::vector<const Override*> find_causes(const Json& document, const std::filesy
   Json changed = document;
   for (size_t i = 0; i < overrides.size(); ++i) {
     const Reading reading = read_document(changed, file, mesh_files);
-    std::set<std::pair<std::string, std::string>> there;  // pointer, what was found
+    std::set<std::pair<std::string, std::string>> there;  // pointer, found value
     for (const Finding& finding : reading.context.log.findings()) {
       there.emplace(finding.pointer, finding.found);
     }

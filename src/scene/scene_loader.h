@@ -19,15 +19,15 @@ inline constexpr const char* kStandardInput = "-";
 struct LoadedScene {
   Scene scene;
   std::string resolved;  // the scene with every default written out and absolute paths, JSON text
-  std::string portable;  // the same with paths as the scene has them: what is stored with results
-  std::string changed_options;   // JSON object: pointer -> value, of what differs from the defaults
+  std::string portable;  // the same with paths as the scene has them: stored with results
+  std::string changed_options;   // JSON object: pointer -> value, where it differs from the default
   std::vector<NamedFile> files;  // that the scene names
 };
 
 // `overrides` are "/json/pointer=value" (value as JSON, or taken as a string if it is none),
 // applied before checking. Throws Error(io), or Error(input) with one Problem for each thing wrong:
-// file, pointer, line:column, what was found, what is expected, and "did you mean" for unknown keys
-// and names. Paths in a scene are relative to its file; mesh files must be there.
+// file, pointer, line:column, the value, the expected one, and "did you mean" for unknown keys and
+// names. Paths in a scene are relative to its file; mesh files must be there.
 LoadedScene load_scene(const std::filesystem::path& file,
                        std::span<const std::string> overrides = {});
 

@@ -33,13 +33,13 @@ class SceneSources {
     std::string pointer;  // in that file
   };
 
-  // `text` is what `file` holds. Throws Error(input) for what is no JSON, files that are not there,
+  // `text` is the content of `file`. Throws Error(input) for text that is no JSON, missing files,
   // and files that include themselves; Error(io).
   SceneSources(const std::string& text, const std::filesystem::path& file);
 
   const Json& document() const { return document_; }         // without "include"
   const std::vector<File>& files() const { return files_; }  // the scene's own first
-  // Where the value at `pointer` of the document stands, or what is nearest above it.
+  // The place of the value at `pointer` of the document, or of its nearest ancestor.
   Place place(const std::string& pointer) const;
 
  private:

@@ -29,7 +29,7 @@ uint64_t seed_of(const Json& document) {
   return seed != document.end() && seed->is_number_unsigned() ? seed->get<uint64_t>() : 1;
 }
 
-// Bytes that `json` takes in memory, roughly: what each value takes by itself, keys and strings.
+// Bytes that `json` takes in memory, roughly: the values themselves, keys and strings.
 size_t bytes_of(const Json& json) {
   constexpr size_t kValue = 64;
   size_t bytes = kValue;

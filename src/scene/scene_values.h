@@ -19,8 +19,8 @@ inline constexpr size_t kMostVariableBytes = size_t{64} << 20;
 // other value. Variables may be drawn, and are the same wherever they are used; they name no other
 // variables. Then takes "variables" away. Reports names that are unknown and draws that are not
 // {"from", "to"} or {"of"}, and variables that take more
-// than kMostVariableBytes; what is wrong stays as it is.
-// Returns the pointers where a variable was put, with its name.
+// than kMostVariableBytes; wrong values stay as they are. Returns the pointers where a variable was
+// put, with its name.
 std::map<std::string, std::string> resolve_values(Json& document, ProblemLog& log);
 
 // The schema of the two, and one that takes these two in place of any value that `schema`

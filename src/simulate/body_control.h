@@ -1,6 +1,6 @@
 // The interface that directs a simulation from outside the solver: bodies put to sleep and woken,
-// slowed, made slippery, and the contacts that tell when. Of the modes whose bodies have contacts:
-// impulse and mixed.
+// slowed, made slippery, and the contacts that tell when. The modes whose bodies have contacts
+// offer it: impulse and mixed.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,8 @@ struct BodyMotion {
   }
 };
 
-// A point where two bodies of the model are near or touch. Of two sleepers: as it was when the
-// later one fell asleep.
+// A point where two bodies of the model are near or touch. Where both sleep, it is as it was when
+// the later one fell asleep.
 struct BodyContact {
   uint32_t a = 0, b = 0;  // indices into Model::bodies
   Vec3 point;             // m, world, on b
@@ -38,8 +38,7 @@ struct BodyContact {
 };
 
 // Between two steps. Bodies are indices into Model::bodies; all but is_in_world() ask for a dynamic
-// body that is in the world and not held. What is done here lasts until it is undone or the body is
-// removed.
+// body that is in the world and not held. A change lasts until it is undone or the body is removed.
 class BodyControl {
  public:
   virtual ~BodyControl() = default;
@@ -52,7 +51,7 @@ class BodyControl {
   // A body put to sleep stops and stands like a static one, which costs next to nothing: nothing
   // but wake(), an impulse event or its removal moves it. Others still collide with it.
   virtual void put_to_sleep(uint32_t body) = 0;
-  virtual void wake(uint32_t body) = 0;  // at rest; no effect on what is awake
+  virtual void wake(uint32_t body) = 0;  // at rest; no effect on awake bodies
   // By put_to_sleep(), or by the simulator's own rule (then it also wakes by a touch).
   virtual bool is_asleep(uint32_t body) const = 0;
 

@@ -40,7 +40,7 @@ class ClearPlaces {
 
   const Model& model_;
   const BodyDistances& distances_;
-  double cell_m_ = 1;  // of a lattice: the largest diameter of what can appear
+  double cell_m_ = 1;  // of a lattice: the largest diameter of bodies that can appear
   std::unordered_map<uint64_t, std::vector<Present>> cells_;  // by their centres
   std::vector<Present> large_;                                // wider than a cell
 };

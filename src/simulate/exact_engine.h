@@ -23,7 +23,7 @@ class ExactEngine {
 
   // A dynamic body starts at `start`, one that is held stands there like a static one.
   virtual void add(uint32_t body, const BodyMotion& start, bool held, bool asleep) = 0;
-  virtual void remove(uint32_t body) = 0;          // wakes what touches it
+  virtual void remove(uint32_t body) = 0;          // wakes bodies that touch it
   virtual bool contains(uint32_t body) const = 0;  // of any body
   virtual void apply_impulse(uint32_t body, const ModelEvent& event) = 0;
   // The longest step that the state asks for, s, no longer than `most_s`.
@@ -73,16 +73,16 @@ class ExactEngine {
   // Which pairs of bodies touch at all, asked in every step; none: all.
   virtual void set_pair_filter(PairFilter filter) = 0;
 
-  // Before any is added: these never touch each other, whatever the filter says. What lies close
-  // together then costs no pairs.
+  // Before any is added: these never touch each other, whatever the filter says. Bodies that lie
+  // close together then cost no pairs.
   virtual void keep_apart(const std::vector<uint32_t>& bodies) = 0;
 
   virtual double kinetic_energy_j(uint32_t body) const = 0;
   // Contacts and penetration of the last step.
   virtual void add_contacts_to(FrameStatistics& statistics) const = 0;
 
-  // Between frames: all that later steps depend on, besides scene, model, pair filter and what is
-  // kept apart.
+  // Between frames: all that later steps depend on, besides scene, model, pair filter and the sets
+  // of keep_apart().
   virtual void save(StateWriter& writer) const = 0;
   // The saved state takes the place of all that is there; later steps give the same bytes as those
   // of the engine that was saved. Throws Error(input) where the bytes are of no such state.

@@ -6,8 +6,8 @@
 namespace pilesim {
 namespace {
 
-// The turn by a rotation vector, rad. Of a small part of the angle by a series, then doubled: a
-// rotation to rounding at any angle, and the same bits with every C library.
+// The turn by a rotation vector, rad. A series gives the turn by a small part of the angle; it is
+// then doubled: a rotation to rounding at any angle, and the same bits with every C library.
 Quat turn_by(Vec3 rotation) {
   constexpr double kSmall = 0.25;     // of half the angle: the next term of the series is 3e-7
   constexpr int kMostDoublings = 64;  // of any finite turn that is worth the name
@@ -39,8 +39,9 @@ void turn_about(int axis, double rate, double h, Vec3& momentum, Quat& principal
 void rotate(const Vec3& moments, double step_s, Quat& principal, Vec3& spin) {
   Vec3 momentum = moments.cwiseProduct(principal.conjugate() * spin);
   const Vec3 space_momentum = principal * momentum;
-  // The energy is |L|^2 / (2 I) with the middle moment I, and what the other two axes differ from
-  // it. The first term turns the body about L, exactly; of the others the smaller is the outer.
+  // The energy is |L|^2 / (2 I) with the middle moment I, and the differences of the other two axes
+  // from it. The first term turns the body about L, exactly; of the others the smaller is the
+  // outer.
   int small, large;
   moments.minCoeff(&small);
   moments.maxCoeff(&large);

@@ -19,8 +19,8 @@ struct Nail {
 };
 
 // A spot of glue: two bodies that keep their place and attitude to each other, by a force and a
-// torque up to its strength. What asks for more stretches it, at that strength; stretched too far
-// it tears, for good.
+// torque up to its strength. A greater load stretches it, at that strength; stretched too far it
+// tears, for good.
 struct GlueSpot {
   uint32_t a = 0, b = 0;  // a is dynamic, b of any role that is present
   Vec3 point;             // m, world

@@ -14,7 +14,7 @@
 namespace pilesim {
 namespace {
 
-// Directs with what every mode offers.
+// Directs with the interface that every mode offers.
 class PlainDirector final : public ImpulseDirector {
  public:
   explicit PlainDirector(StepDirector& director) : director_(director) {}

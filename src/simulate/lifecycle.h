@@ -24,7 +24,7 @@ struct LifeHandlers {
   std::function<Pose(uint32_t)> pose;
 };
 
-// All that changes: what a checkpoint holds of it.
+// All that changes, for checkpoints.
 struct LifeState {
   uint64_t steps = 0, frames = 0;  // that are done
   double time_s = 0;

@@ -3,8 +3,8 @@
 //
 // A contact that pushes with a force F along its normal holds back the turning of one body against
 // the other with a torque of up to rolling_m F across the normal and spinning_m F along it. As
-// Coulomb's friction it opposes the turning while there is any, whatever its speed, and holds what
-// does not turn. The limits of the points of a pair add up, as their forces do.
+// Coulomb's friction it opposes the turning while there is any, whatever its speed, and holds
+// bodies that do not turn. The limits of the points of a pair add up, as their forces do.
 //
 // A material's coefficients are pure numbers, as those of particles are (Ai et al., "Assessment of
 // rolling resistance models in discrete element simulations", 2011, model A): the length is the

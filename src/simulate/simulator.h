@@ -46,10 +46,10 @@ class Simulator {
   virtual FrameStatistics statistics() const = 0;
   // For the report: the signatures that bodies collide by, if they do; a line a shape.
   virtual std::vector<std::string> signatures() const { return {}; }
-  // For the report: a JSON object of what the mode tells of itself; empty: nothing.
+  // For the report: a JSON object of the mode's own figures; empty: nothing.
   virtual std::string figures() const { return {}; }
 
-  // For people, a line each: what happened to bodies that their scene did not ask for.
+  // For people, a line each: events that the scene did not ask for.
   virtual std::vector<std::string> notes() const { return {}; }
 
   // Between frames: all that the frames to come depend on, its director's state with it.

@@ -237,12 +237,10 @@ class Language(unittest.TestCase):
 
 
 class CodeLanguage(unittest.TestCase):
-    """The language of comments (CONTRIBUTING.md), in the folders that keep to it."""
+    """The language of comments (CONTRIBUTING.md)."""
 
-    FOLDERS = (
-        "src/batch", "src/export", "src/finish", "src/inspect", "src/job", "src/json", "src/packing", "src/pile", "src/report",
-        "src/signature", "src/simulate/sphere", "src/trajectory", "src/view", "tests",
-    )  # fmt: skip
+    FOLDERS = ("commands", "presets", "reproduce", "src", "tests")
+    NOT_YET = ("src/render", "src/simulate/exact")
     WORDS = "anew|thrice|till|so all the same|sunk|stuck|rouse[sd]?|blows?|dozing|haste"
 
     def comments(self, file):
@@ -265,7 +263,8 @@ class CodeLanguage(unittest.TestCase):
 
     def test_comments_are_in_plain_words(self):
         files = [file for folder in self.FOLDERS for file in sorted((SOURCE / folder).rglob("*")) if file.suffix in (".cpp", ".h", ".js", ".py")]
-        self.assertGreater(len(files), 500)
+        files = [file for file in files if not any(file.is_relative_to(SOURCE / folder) for folder in self.NOT_YET)]
+        self.assertGreater(len(files), 900)
         wrong = rf"(?:^|[.!?] )(?:Of|What)\b.{{0,40}}|\b(?i:{self.WORDS})\b"
         found = [
             f"{file.relative_to(SOURCE)}:{line}: {match[0]}"

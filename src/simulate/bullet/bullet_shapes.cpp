@@ -77,7 +77,7 @@ void BulletShape::add_triangles(const TriangleMesh& mesh) {
     triangles_->addTriangle(vertex(t[0]), vertex(t[1]), vertex(t[2]));
   }
   collision_ = std::make_unique<btBvhTriangleMeshShape>(triangles_.get(), true);
-  collision_->setMargin(0);  // what meets it has one
+  collision_->setMargin(0);  // bodies that meet it have one
 }
 
 void BulletShape::add_pieces(const std::vector<CollisionPiece>& pieces, double margin_m) {

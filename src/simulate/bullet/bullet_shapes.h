@@ -1,5 +1,5 @@
 // Collision shapes of Bullet for the shapes of a model, one of each, shared by all bodies of it;
-// and what goes between Eigen and Bullet.
+// and conversions between Eigen and Bullet.
 #pragma once
 
 #include <memory>
@@ -27,10 +27,10 @@ inline btTransform to_bullet(const Pose& pose) {
   return btTransform(to_bullet(pose.orientation), to_bullet(pose.position));
 }
 
-// Bullet's margin and the overlap of what rests, as shares of the smallest extent of a body. Its
-// own margin of 4 cm would be seen; GJK in double precision needs no more than this, and it is a
-// tenth of what counts as a gap between bodies that rest (0.02 D). Margins are a skin about hulls
-// and a rounding within boxes and cylinders.
+// Bullet's margin and the overlap of bodies at rest, as shares of the smallest extent of a body.
+// Its own margin of 4 cm would be seen; GJK in double precision needs no more than this, and it is
+// a tenth of the distance from which bodies at rest count as apart (0.02 D). Margins are a skin
+// about hulls and a rounding within boxes and cylinders.
 inline constexpr double kMarginShare = 1e-3;
 
 // The smallest extent of all dynamic bodies, m; 0 where there are none.

@@ -12,17 +12,17 @@
 namespace pilesim {
 namespace {
 
-// In sqrt(g r), r being the bounding radius: what is slower for two seconds may sleep, as what is
-// slower counts as settled where a pile is judged (docs/compare.md). Bullet's own 0.8 m/s is the
-// speed of a fall through 3 cm.
+// In sqrt(g r), r being the bounding radius: bodies that are slower for two seconds may sleep, as
+// slower bodies count as settled where a pile is judged (docs/compare.md). Bullet's own 0.8 m/s is
+// the speed of a fall through 3 cm.
 constexpr double kRestSpeed = 0.05;
 
-// In steps of gravity: what closes more slowly does not bounce, since it may only rest. Bullet's
-// own 0.2 m/s is more than beads reach.
+// In steps of gravity: contacts that close more slowly do not bounce, since they may only rest.
+// Bullet's own 0.2 m/s is more than beads reach.
 constexpr double kRestingSteps = 2;
 
 // A body that moves farther in a step, in smallest extents, is swept along its path, as a ball of
-// this radius, so that it does not pass through what is thin.
+// this radius, so that it does not pass through thin bodies.
 constexpr double kSweptShare = 0.4;
 
 // Stock Bullet turns nodes of its tree by their addresses, so that the order of pairs, and with it
@@ -98,7 +98,7 @@ BulletSimulator::BulletSimulator(const Scene& scene, const Model& model)
   // A body that slides fast on a plane has new contacts in each step: on one alone it would tip.
   configuration_.setPlaneConvexMultipointIterations();
   world_.setGravity(to_bullet(scene.gravity));
-  world_.setApplySpeculativeContactRestitution(true);  // what is swept bounces, too
+  world_.setApplySpeculativeContactRestitution(true);  // swept bodies bounce, too
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.simulator.solver_iterations;
   // With Bullet's 0.85 each step begins with loads too light, and a tower of boxes falls.
@@ -141,7 +141,7 @@ void BulletSimulator::add(uint32_t index) {
   record.body = std::make_unique<btRigidBody>(info);
   if (source.role == Role::kinematic) {
     record.body->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-    record.body->forceActivationState(ISLAND_SLEEPING);  // lets what lies on it sleep
+    record.body->forceActivationState(ISLAND_SLEEPING);  // lets bodies on it sleep
   }
   if (moves) set_up_dynamic(index, *record.body);
   world_.addRigidBody(record.body.get());
@@ -166,7 +166,7 @@ void BulletSimulator::set_up_dynamic(uint32_t index, btRigidBody& body) {
   body.setCcdSweptSphereRadius(kSweptShare * shape.smallest_extent);
   body.setLinearVelocity(to_bullet(states.linear_velocity[index]));
   body.setAngularVelocity(to_bullet(states.angular_velocity[index]));
-  // Without gravity nothing rests: what is slow drifts on.
+  // Without gravity nothing rests: slow bodies drift on.
   if (!scene_.simulator.sleeping || gravity == 0) {
     body.setActivationState(DISABLE_DEACTIVATION);
   } else if (source.asleep) {
@@ -182,7 +182,7 @@ void BulletSimulator::take_out(Record& record) {
   record = {};
 }
 
-// Wakes what is near it: bodies that began asleep have no contacts yet.
+// Wakes bodies near it: bodies that began asleep have no contacts yet.
 void BulletSimulator::remove(uint32_t index) {
   const btBroadphaseProxy* proxy = records_[index].body->getBroadphaseHandle();
   btBroadphasePairArray& pairs = world_.getPairCache()->getOverlappingPairArray();

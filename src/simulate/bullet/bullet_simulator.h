@@ -8,9 +8,9 @@
 
 namespace pilesim {
 
-// Both arguments must outlive it. scene/engine_checks.h says what a scene must do without. All
-// steps have the length scene.actual_step_s(). A checkpoint of it holds the number of frames only:
-// load() steps through them again.
+// Both arguments must outlive it. scene/engine_checks.h lists the settings that such a scene cannot
+// have. All steps have the length scene.actual_step_s(). A checkpoint of it holds the number of
+// frames only: load() steps through them again.
 std::unique_ptr<Simulator> make_bullet_simulator(const Scene& scene, const Model& model);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// Chapter 3 of the dissertation as it is written: what today's statistical mode is compared with.
+// Chapter 3 of the dissertation as it is written, to compare today's statistical mode with.
 #pragma once
 
 #include <memory>

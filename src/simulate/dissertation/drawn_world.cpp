@@ -15,7 +15,7 @@ namespace {
 // Numbers that the dissertation leaves open; g is gravity, r the outer radius of the body.
 constexpr float kLow = 0.4F;      // sqrt(g r): momentum low enough for resting conditions
 constexpr float kStill = 0.05F;   // sqrt(g r): the even smaller threshold, and a step's gravity
-constexpr float kHit = 0.4F;      // sqrt(g r): what comes faster ends its rest
+constexpr float kHit = 0.4F;      // sqrt(g r): a faster body ends its rest
 constexpr float kNearGround = 1;  // r: within so much of its outer sphere from level ground
 constexpr float kTurn = 0.4F;     // sqrt(g / r): of the small rotational impulse
 constexpr float kEase = 0.1F;     // sqrt(g r): how fast the radius goes to h_rest
@@ -274,7 +274,7 @@ void DrawnWorld::bounce(const Contact& contact, uint32_t i, uint32_t other,
   response.velocity = frame.to_world(after.cast<float>()) + contact.other_velocity;
 }
 
-// Slower than `least_speed`, sqrt(g r), and what gravity adds in a step.
+// Slower than `least_speed`, sqrt(g r), and the speed that gravity adds in a step.
 bool DrawnWorld::is_calm(uint32_t i, float least_speed) const {
   const DrawnBody& body = state_.bodies[i];
   const SphereKind& kind = this->kind(i);

@@ -1,8 +1,8 @@
-// Collisions as chapter 3 of the dissertation has them (3.2.4, 3.2.5), with nothing of what the
-// statistical mode does otherwise (docs/dissertation.md): a body is one sphere of the collision
-// height of its motion, for surfaces and bodies alike; every contact is drawn from its signature
-// and none is solved; it is drawn as if the other were fixed, for both independently; a slow body
-// on level ground turns to the nearest rest pose by its collisions, what is nearly still elsewhere
+// Collisions as chapter 3 of the dissertation has them (3.2.4, 3.2.5), without the statistical
+// mode's own methods (docs/dissertation.md): a body is one sphere of the collision height of its
+// motion, for surfaces and bodies alike; every contact is drawn from its signature and none is
+// solved; it is drawn as if the other were fixed, for both independently; a slow body on level
+// ground turns to the nearest rest pose by its collisions, a body that is nearly still elsewhere
 // stops where it is.
 //
 // Choices that the dissertation leaves open stand in drawn_world.cpp.
@@ -76,8 +76,8 @@ class DrawnWorld {
     begin_step(timer);
     end_step(timer);
   }
-  // The same in parts, for bodies that an exact engine moves: after the first, drawn() has what
-  // contacts make of a member's velocities; the second moves all but shared bodies.
+  // The same in parts, for bodies that an exact engine moves: after the first, drawn() has a
+  // member's velocities after its contacts; the second moves all but shared bodies.
   void begin_step(StageTimer& timer);
   void end_step(StageTimer& timer);
   struct Drawn {

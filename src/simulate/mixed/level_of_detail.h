@@ -1,4 +1,4 @@
-// Selects each body's level of detail from what the camera sees of it (dissertation 4.3).
+// Selects each body's level of detail from the camera's view of it (dissertation 4.3).
 #pragma once
 
 #include <cstdint>

@@ -436,8 +436,8 @@ void MixedSimulator<World, Coupling>::switch_engines() {
   }
 }
 
-// A structure gives way in the step of the blow: what sleeps would stand like a wall in it, and
-// keep the momentum that passes through the bodies in between.
+// A structure gives way in the step of the impact: sleeping bodies would stand like a wall in it,
+// and keep the momentum that passes through the bodies in between.
 template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::wake_what_is_hit() {
   bool is_hit = false;

@@ -13,7 +13,8 @@
 namespace pilesim {
 namespace {
 
-// For what Bullet cannot do: the scene was refused (scene/engine_checks.h).
+// For all that Bullet cannot do: scenes that ask Bullet for it were refused
+// (scene/engine_checks.h).
 std::unique_ptr<ExactEngine> own_engine(const Scene& scene, const Model& model) {
   assert(scene.simulator.engine == EngineKind::exact);
   return make_exact_engine(scene, model);
