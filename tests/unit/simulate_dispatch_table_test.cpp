@@ -71,7 +71,7 @@ TEST(DispatchTable, AsWrittenItHasNoExceptions) {
       EXPECT_EQ(of_pair(table, near_exact, level, other, level), by_table[level]);
     }
   }
-  for (uint32_t level = 0; level < 3; ++level) EXPECT_FALSE(table.tells_threaded(level));
+  for (uint32_t level = 0; level < 3; ++level) EXPECT_FALSE(table.solves_threaded(level));
 }
 
 TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {

@@ -128,7 +128,7 @@ bool ExactBoxes::touches(const Candidate& candidate) const {
   });
 }
 
-double ExactBoxes::blow_ns(const Candidate& candidate, double least_speed) const {
+double ExactBoxes::impulse_bound_ns(const Candidate& candidate, double least_speed) const {
   double heaviest = 0;
   for (const Box& box : boxes_) {
     if (!box.moves) continue;

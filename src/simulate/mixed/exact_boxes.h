@@ -40,9 +40,9 @@ class ExactBoxes {
   bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
   // True if its box touches that of a body whose pairs with it are solved. Thread-safe.
   bool touches(const Candidate& candidate) const;
-  // Bound on the momentum, N s, that may hit a sleeping body in this step, from bodies with such
-  // boxes that are faster than `least_speed`. Infinite for kinematic bodies.
-  double blow_ns(const Candidate& candidate, double least_speed) const;
+  // The most momentum, N s, that an impact may give a sleeping body in this step, from bodies with
+  // such boxes that are faster than `least_speed`, m/s. Infinite for kinematic bodies.
+  double impulse_bound_ns(const Candidate& candidate, double least_speed) const;
   // True if such a box reaches into the hull of a body with several pieces, seen from its centre:
   // through a ring, or into a cup. Thread-safe.
   bool reach_into(uint32_t body, const Pose& pose) const;

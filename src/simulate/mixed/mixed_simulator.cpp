@@ -141,7 +141,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void change_with_contacts(const std::function<bool(uint32_t body)>& changes,
                             const std::function<void()>& change);
   void switch_engines();
-  void wake_what_is_hit();
+  void wake_hit_bodies();
   bool stands(uint32_t body) const;
   double margin_m(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
@@ -336,7 +336,9 @@ Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
   if (!is_attracted(body)) return Behaviour::statistical;
   const auto& sphere = spheres_.body(body);
   if (state_.behaviours[body] == Behaviour::threaded) return Behaviour::threaded;
-  if (sphere.asleep || !dispatch_.tells_threaded(levels_.level(body))) return Behaviour::near_exact;
+  if (sphere.asleep || !dispatch_.solves_threaded(levels_.level(body))) {
+    return Behaviour::near_exact;
+  }
   const Pose pose{sphere.position.template cast<double>(),
                   sphere.orientation.template cast<double>().normalized()};
   return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
@@ -359,7 +361,7 @@ template <class World, class Coupling>
 Behaviour MixedSimulator<World, Coupling>::solved_behaviour(uint32_t body) const {
   const uint32_t own = levels_.level(body);
   if (dispatch_.level(own).near_near == PairMethod::impulse) return Behaviour::near_exact;
-  return dispatch_.tells_threaded(own) ? Behaviour::threaded : Behaviour::statistical;
+  return dispatch_.solves_threaded(own) ? Behaviour::threaded : Behaviour::statistical;
 }
 
 // Whether it may come to lie on one of those that stand so. Sleepers are left where they are.
@@ -412,7 +414,7 @@ void MixedSimulator<World, Coupling>::update_behaviours() {
   if constexpr (!kAsWritten) attract_to_edges();
   change_with_contacts([&](uint32_t body) { return next_[body] != state_.behaviours[body]; },
                        [&] { switch_engines(); });
-  if constexpr (!kAsWritten) wake_what_is_hit();
+  if constexpr (!kAsWritten) wake_hit_bodies();
 }
 
 template <class World, class Coupling>
@@ -439,22 +441,22 @@ void MixedSimulator<World, Coupling>::switch_engines() {
 // A structure gives way in the step of the impact: sleeping bodies would stand like a wall in it,
 // and keep the momentum that passes through the bodies in between.
 template <class World, class Coupling>
-void MixedSimulator<World, Coupling>::wake_what_is_hit() {
+void MixedSimulator<World, Coupling>::wake_hit_bodies() {
   bool is_hit = false;
   for (const uint32_t body : coupling_.bodies()) {
     const auto& sphere = spheres_.body(body);
     if (!sphere.asleep || sphere.put_to_sleep) continue;
     const SphereKind& kind = spheres_.kind(body);
-    const double blow_ns =
-        boxes_.blow_ns({.body = body,
-                        .pose = {sphere.position.template cast<double>(),
-                                 sphere.orientation.template cast<double>().normalized()},
-                        .radius_m = kind.outer_m,
-                        .margin_m = 0,
-                        .only_moving = true},
-                       spheres_.impact_speed(body));
-    if (blow_ns == 0) continue;
-    spheres_.wake_hit(body, static_cast<float>(blow_ns));
+    const double impulse_ns =
+        boxes_.impulse_bound_ns({.body = body,
+                                 .pose = {sphere.position.template cast<double>(),
+                                          sphere.orientation.template cast<double>().normalized()},
+                                 .radius_m = kind.outer_m,
+                                 .margin_m = 0,
+                                 .only_moving = true},
+                                spheres_.impact_speed(body));
+    if (impulse_ns == 0) continue;
+    spheres_.wake_hit(body, static_cast<float>(impulse_ns));
     is_hit = true;
   }
   if (is_hit) coupling_.wake();

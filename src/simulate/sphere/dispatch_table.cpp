@@ -128,7 +128,7 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
   using enum Behaviour;
   if (a > b) return by_level(b, level_b, a, level_a);
   if (a == threaded) {
-    if (b == threaded && tells_threaded(std::min(level_a, level_b))) return PairMethod::impulse;
+    if (b == threaded && solves_threaded(std::min(level_a, level_b))) return PairMethod::impulse;
     a = near_exact;
     if (b == threaded) b = near_exact;
   } else if (b == threaded) {

@@ -53,7 +53,7 @@ class DispatchTable {
   // True if supports turn the body to a rest pose; particles are not turned.
   bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
   // True if threaded bodies of this level are solved among each other.
-  bool tells_threaded(uint32_t level) const {
+  bool solves_threaded(uint32_t level) const {
     return has_exceptions_ && levels_[level].near_near == PairMethod::statistical;
   }
   bool uses(PairMethod method) const;  // in any level or rule
