@@ -22,12 +22,12 @@ using namespace exact_constants;
 
 void ContactSolver::solve_impacts(const SolverSettings& settings) {
   if (std::ranges::none_of(blocks_, &Block::has_impacts)) return;
+  impulses_.resize(points_.size());
   former_.resize(points_.size());
+  directions_.resize(points_.size());
   least_impact_ = static_cast<T>(settings.step_s * settings.gravity.norm());
   least_change_ = static_cast<T>(kSameAsFall) * least_impact_;
   for (int round = 1; round <= kImpactRounds; ++round) {
-    impulses_.assign(points_.size(), {});
-    for (Torque& torque : torques_) torque.impact = {};
     const std::vector<Motion> before = motions_;
     converge();
     sum_impulses(before);
@@ -42,6 +42,7 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
 void ContactSolver::sum_impulses(std::span<const Motion> before) {
   for (size_t i = 0; i < moving_; ++i) std::copy_n(before[i].v.begin(), 3, motions_[i].v.begin());
   for_blocks([&](size_t, Block& block) {
+    if (!block.is_reached) return;
     for (size_t i = 0; i < kLanes; ++i) {
       V3 sum = V3::Zero();
       for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
@@ -73,7 +74,6 @@ void ContactSolver::converge() {
     block.is_settled = !block.has_impacts;
     block.visited = 0;
   }
-  directions_.clear();
   std::vector<uint8_t> has_changed(batches_.size());
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     std::ranges::fill(has_changed, 0);
@@ -100,6 +100,16 @@ HWY_INLINE bool ContactSolver::is_to_visit(const Block& block) const {
   return last > block.visited;
 }
 
+// Only blocks that impulses reach have impulses of this round.
+void ContactSolver::begin_impact(Block& block) {
+  block.is_reached = true;
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    impulses_[p] = {};
+    directions_[p] = {};
+    if (block.holds_turning) torques_[p].impact = {};
+  }
+}
+
 // Colliding points separate at their speed; contacts that an impulse has reached, and that pass it
 // on, are not to come nearer than they were. The rest is left alone. Whether it has changed
 // anything.
@@ -114,8 +124,8 @@ bool ContactSolver::collide(Block& block, uint32_t now) {
   }
   block.visited = now;
   block.is_settled = true;
-  block.is_reached = is_reached;
   if (!is_reached) return false;
+  if (!block.is_reached) begin_impact(block);
   Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
@@ -191,7 +201,6 @@ bool ContactSolver::collide(Block& block, uint32_t now) {
 // first of them would pull.
 void ContactSolver::accelerate(uint32_t begin, uint32_t end) {
   using L = Lanes<T>;
-  if (directions_.empty()) directions_.assign(points_.size(), Row{});
   find_impact_islands(begin);
   const L zero(T{0});
   // Visits the points that push of blocks in open islands, with d and e of their impulses.

@@ -23,9 +23,11 @@ constexpr uint32_t kBatch = 8;
 // Blocks that are not full yet, while contacts of a part are packed.
 constexpr size_t kOpen = 32;
 
-// Ranges that have as many points had better be in one block.
-constexpr size_t kClasses = kMostOfPlane;
-size_t class_of(const ContactRange& range) { return kMostOfPlane - range.count; }
+// Ranges that have as many points had better be in one block, and so had those that collide.
+constexpr size_t kClasses = 2 * kMostOfPlane;
+size_t class_of(const ContactRange& range) {
+  return (range.collides ? 0 : kMostOfPlane) + kMostOfPlane - range.count;
+}
 
 }  // namespace
 

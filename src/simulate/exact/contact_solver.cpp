@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstddef>
 
 #include "core/parallel_for.h"
 #include "simulate/exact/contact_lanes.h"
@@ -25,6 +25,20 @@ constexpr T kFar = static_cast<T>(1e15);
 // m: so that lanes without a contact, whose extent is nothing, divide by something.
 template <typename T>
 constexpr T kLeast = static_cast<T>(1e-30);
+
+// For lanes that are empty.
+Contact no_contact() {
+  Contact contact;
+  contact.arm_a = contact.arm_b = contact.normal = Vec3f::Zero();
+  contact.distance_m = 0;
+  return contact;
+}
+const Contact kNoContact = no_contact();
+// fill_points() and store() take the numbers of a contact as they lie in it.
+static_assert(offsetof(Contact, normal) == 6 * sizeof(float) &&
+              offsetof(Contact, distance_m) == 9 * sizeof(float) &&
+              offsetof(Contact, normal_force_n) == 10 * sizeof(float) &&
+              offsetof(Contact, friction_n) == 11 * sizeof(float));
 
 // The turn (x, y, z, w) of `r`, less `r`; for round sides along the tangent only.
 template <typename T>
@@ -62,12 +76,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
-      block.has_impacts = block.has_surfaces = false;
-      block.impact = block.bounced = block.passes = block.reached = {};
-      std::span<Point> points(points_.data() + block.first_point, block.points);
-      const std::span<PointStart> starts(starts_.data() + block.first_point, block.points);
-      std::memset(static_cast<void*>(points.data()), 0, points.size_bytes());
-      std::memset(static_cast<void*>(starts.data()), 0, starts.size_bytes());
+      LaneContacts lanes;
       for (size_t i = 0; i < kLanes; ++i) {
         const uint32_t source = order_[m * kLanes + i];
         if (source == kNone) {
@@ -77,97 +86,112 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
         const ContactRange& range = contacts[source];
         block.a[i] = range.a;
         block.b[i] = range.b;
-        const Contact* contact = range.contacts;
-        for (size_t k = 0; k < 3; ++k) {
-          const auto e = static_cast<Eigen::Index>(k);
-          block.between[k][i] = static_cast<T>(contact->arm_b[e] - contact->arm_a[e]);
-        }
+        lanes.first[i] = range.contacts;
+        lanes.count[i] = range.count;
         block.friction[i] = static_cast<T>(range.friction);
         block.restitution[i] = static_cast<T>(range.restitution);
         block.slop[i] = static_cast<T>(range.slop_m);
-        block.edged[i] = contact->is_round ? T{0} : T{1};
+        block.edged[i] = range.contacts->is_round ? T{0} : T{1};
         const Softness& soft = range.is_joined                          ? rigid
                                : range.a < moving_ && range.b < moving_ ? moving
                                                                         : fixed;
         block.rate[i] = static_cast<T>(soft.rate);
         block.mass_scale[i] = static_cast<T>(soft.mass_scale);
         block.force_scale[i] = static_cast<T>(soft.force_scale);
-        float load_n = 0;
-        for (uint32_t p = 0; p < range.count; ++p, ++contact) {
-          Point& point = points[p];
-          load_n += contact->normal_force_n;
-          for (size_t k = 0; k < 3; ++k) {
-            const auto e = static_cast<Eigen::Index>(k);
-            point.normal[k][i] = contact->normal[e];
-            point.arm[k][i] = contact->arm_a[e];
-            point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
-          }
-          starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m);
-          // A point that collides in a step to come keeps its speed: the relaxations after the last
-          // motion look a substep ahead, and took a share of it.
-          starts[p].allowance[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
-          if (contact->hits && !(contact->bounce > 0)) {
-            starts[p].allowance[i] =
-                std::max(T{0}, contact->distance_m) / static_cast<T>(settings.substeps);
-          }
-          point.push[i] = static_cast<T>(contact->normal_force_n * substep_s);
-          starts[p].parting[i] = std::max(0.0F, contact->bounce);
-          if (contact->hits || contact->bounce > 0) block.impact[i] = 1;
-        }
-        block.has_impacts = block.has_impacts || block.impact[i] > 0;
-        const T lighter = std::max(inverse_[range.a].v[6], inverse_[range.b].v[6]);
-        const bool is_loaded = gravity > 0 && lighter * load_n > kSupport * gravity;
-        block.passes[i] = is_loaded || range.restitution == 0 ? T{1} : T{0};
+        block.impact[i] = range.collides ? T{1} : T{0};
+        block.has_impacts = block.has_impacts || range.collides;
       }
       gather_weights(block);
-      const Weights<T, Block> weights(block);
-      const Lanes3<T> between = load3<T>(block.between);
-      const Lanes<T> zero(T{0}), one(T{1}), half(T{0.5});
-      const Lanes<T> mass = weights.mass_a + weights.mass_b;
-      // How deep the spring of a contact is pressed in, for an impulse on an inertia.
-      const Lanes<T> least(kLeast<T>);
-      const Lanes<T> give =
-          Lanes<T>::load(block.force_scale.data()) /
-          max(Lanes<T>::load(block.mass_scale.data()) * Lanes<T>::load(block.rate.data()), least);
-      const Lanes<T> slop = Lanes<T>::load(block.slop.data());
-      const Lanes<T> most_loaded = slop * Lanes<T>(static_cast<T>(kLoaded / kResolution));
-      const Lanes3<T> fall = fall_between(weights);
-      for (size_t p = 0; p < points.size(); ++p) {
-        Point& point = points[p];
-        const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
-        const Lanes3<T> arm_b = arm_a + between;
-        const Lanes<T> bounce = Lanes<T>::load(starts[p].parting.data());
-        select(bounce > zero, bounce, approach(starts[p], n, fall)).store(starts[p].parting.data());
-        const auto answer = [&](const Lanes3<T>& u, const Lanes3<T>& v) {
-          return dot(cross(arm_a, u), weights.inertia_a * cross(arm_a, v)) +
-                 dot(cross(arm_b, u), weights.inertia_b * cross(arm_b, v));
-        };
-        const Lanes3<T> answered = add_scaled(cross(weights.inertia_a * cross(arm_a, n), arm_a) +
-                                                  cross(weights.inertia_b * cross(arm_b, n), arm_b),
-                                              mass, n);
-        store3<T>(answered, point.answer);
-        const Lanes<T> along = dot(n, answered);
-        const auto there = along > zero;
-        select(there, one / select(there, along, one), zero).store(point.mass_along.data());
-        const Lanes<T> load = give * Lanes<T>::load(point.push.data()) * along;
-        max(slop, min(load, most_loaded)).store(point.slop.data());
-        // Across: by the direction that is easiest to move, so that friction never overshoots.
-        const auto flat = Lanes<T>::of(hn::Abs(n.x.v)) > Lanes<T>(static_cast<T>(0.6));
-        const Lanes3<T> other = {select(flat, zero, one), select(flat, one, zero), zero};
-        Lanes3<T> u = cross(n, other);
-        const Lanes<T> length2 = dot(u, u);
-        const auto real = length2 > zero;
-        u = (one / sqrt(select(real, length2, one))) * u;
-        const Lanes3<T> v = cross(n, u);
-        const Lanes<T> uu = answer(u, u), vv = answer(v, v), uv = answer(u, v);
-        const Lanes<T> difference = half * (uu - vv);
-        const Lanes<T> easiest =
-            mass + half * (uu + vv) + sqrt(mul_add(difference, difference, uv * uv));
-        const auto movable = easiest > zero;
-        select(movable, one / select(movable, easiest, one), zero).store(point.mass_across.data());
+      const Row load_n = fill_points(block, lanes, static_cast<T>(substep_s), settings.substeps);
+      for (size_t i = 0; i < kLanes; ++i) {
+        if (lanes.count[i] == 0) continue;
+        const T lighter = std::max(block.inverse_mass_a[i], block.inverse_mass_b[i]);
+        const bool is_loaded = gravity > 0 && lighter * load_n[i] > kSupport * gravity;
+        block.passes[i] = is_loaded || block.restitution[i] == 0 ? T{1} : T{0};
       }
     }
   });
+}
+
+// Fills the points of a block; returns the sums of normal forces of the step before, N.
+ContactSolver::Row ContactSolver::fill_points(Block& block, const LaneContacts& lanes, T substep_s,
+                                              int substeps) {
+  using L = Lanes<T>;
+  const Weights<T, Block> weights(block);
+  const L zero(T{0}), one(T{1}), half(T{0.5}), h(substep_s);
+  const L mass = weights.mass_a + weights.mass_b;
+  // How deep the spring of a contact is pressed in, for an impulse on an inertia.
+  const L least(kLeast<T>);
+  const L give = L::load(block.force_scale.data()) /
+                 max(L::load(block.mass_scale.data()) * L::load(block.rate.data()), least);
+  const L slop = L::load(block.slop.data());
+  const L most_loaded = slop * L(static_cast<T>(kLoaded / kResolution));
+  const Lanes3<T> fall = fall_between(weights);
+  L load_n = zero;
+  for (uint32_t p = 0; p < block.points; ++p) {
+    Point& point = points_[block.first_point + p];
+    PointStart& start = starts_[block.first_point + p];
+    std::array<const T*, kLanes> rows, more_rows;
+    Row bounces, hits;
+    for (size_t i = 0; i < kLanes; ++i) {
+      const Contact& contact = p < lanes.count[i] ? lanes.first[i][p] : kNoContact;
+      rows[i] = contact.arm_a.data();
+      more_rows[i] = rows[i] + kLanes;
+      bounces[i] = contact.bounce;
+      hits[i] = contact.hits ? T{1} : T{0};
+    }
+    // Numbers of a contact as they lie in it.
+    std::array<L, 8> r, more;
+    gather8(rows.data(), r);
+    gather8(more_rows.data(), more);
+    const Lanes3<T> arm_a = {r[0], r[1], r[2]}, n = {r[6], r[7], more[0]};
+    if (p == 0) store3<T>(Lanes3<T>{r[3], r[4], r[5]} - arm_a, block.between);
+    const Lanes3<T> arm_b = arm_a + load3<T>(block.between);
+    const L distance = more[1], force = more[2], push = h * force;
+    load_n = load_n + force;
+    store3<T>(n, point.normal);
+    store3<T>(arm_a, point.arm);
+    store3<T>(h * Lanes3<T>{more[3], more[4], more[5]}, point.friction);
+    push.store(point.push.data());
+    distance.store(point.now.data());
+    distance.store(start.distance.data());
+    const L bounce = L::load(bounces.data());
+    // A point that collides in a step to come keeps its speed: the relaxations after the last
+    // motion look a substep ahead, and took a share of it.
+    const auto arrives = hn::AndNot(bounce > zero, L::load(hits.data()) > zero);
+    select(arrives, max(zero, distance) / L(static_cast<T>(substeps)), h * max(zero, zero - bounce))
+        .store(start.allowance.data());
+    select(bounce > zero, bounce, approach(start, n, fall)).store(start.parting.data());
+
+    const auto answer = [&](const Lanes3<T>& u, const Lanes3<T>& v) {
+      return dot(cross(arm_a, u), weights.inertia_a * cross(arm_a, v)) +
+             dot(cross(arm_b, u), weights.inertia_b * cross(arm_b, v));
+    };
+    const Lanes3<T> answered = add_scaled(cross(weights.inertia_a * cross(arm_a, n), arm_a) +
+                                              cross(weights.inertia_b * cross(arm_b, n), arm_b),
+                                          mass, n);
+    store3<T>(answered, point.answer);
+    const L along = dot(n, answered);
+    const auto there = along > zero;
+    select(there, one / select(there, along, one), zero).store(point.mass_along.data());
+    max(slop, min(give * push * along, most_loaded)).store(point.slop.data());
+    // Across: by the direction that is easiest to move, so that friction never overshoots.
+    const auto flat = L::of(hn::Abs(n.x.v)) > L(static_cast<T>(0.6));
+    const Lanes3<T> other = {select(flat, zero, one), select(flat, one, zero), zero};
+    Lanes3<T> u = cross(n, other);
+    const L length2 = dot(u, u);
+    const auto real = length2 > zero;
+    u = (one / sqrt(select(real, length2, one))) * u;
+    const Lanes3<T> v = cross(n, u);
+    const L uu = answer(u, u), vv = answer(v, v), uv = answer(u, v);
+    const L difference = half * (uu - vv);
+    const L easiest = mass + half * (uu + vv) + sqrt(mul_add(difference, difference, uv * uv));
+    const auto movable = easiest > zero;
+    select(movable, one / select(movable, easiest, one), zero).store(point.mass_across.data());
+  }
+  Row sum;
+  load_n.store(sum.data());
+  return sum;
 }
 
 // Once fill() has filled blocks and points.
@@ -373,22 +397,28 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
 }
 
 void ContactSolver::store(std::span<const ContactRange> contacts, double substep_s) {
-  const auto per_second = static_cast<T>(1 / substep_s);
+  using L = Lanes<T>;
+  const L per_second(static_cast<T>(1 / substep_s));
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       const Block& block = blocks_[m];
-      for (size_t i = 0; i < kLanes; ++i) {
-        const uint32_t source = order_[m * kLanes + i];
-        if (source == kNone) continue;
-        const ContactRange& range = contacts[source];
-        for (uint32_t p = 0; p < range.count; ++p) {
-          const Point& point = points_[block.first_point + p];
-          Contact& contact = range.contacts[p];
-          contact.normal_force_n = static_cast<float>(point.push[i] * per_second);
-          for (size_t k = 0; k < 3; ++k) {
-            contact.friction_n[static_cast<Eigen::Index>(k)] =
-                static_cast<float>(point.friction[k][i] * per_second);
-          }
+      for (uint32_t p = 0; p < block.points; ++p) {
+        const Point& point = points_[block.first_point + p];
+        const Lanes3<T> friction = per_second * load3<T>(point.friction);
+        // The force along the normal and that across it, as they lie in a contact.
+        std::array<L, 8> forces;
+        forces.fill(L(T{0}));
+        forces[0] = per_second * L::load(point.push.data());
+        forces[1] = friction.x;
+        forces[2] = friction.y;
+        forces[3] = friction.z;
+        transpose(forces);
+        for (size_t i = 0; i < kLanes; ++i) {
+          const uint32_t source = order_[m * kLanes + i];
+          if (source == kNone || p >= contacts[source].count) continue;
+          const hn::Half<L::Tag> four;
+          hn::StoreU(hn::LowerHalf(four, forces[i].v), four,
+                     &contacts[source].contacts[p].normal_force_n);
         }
       }
     }
@@ -402,9 +432,8 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
   const T per_substep = 1 / h;
   solve_impacts(settings);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
-    });
+    parallel_for(moving_, kBodyGrain,
+                 [&](size_t begin, size_t end) { pull(begin, end, settings, h, substep == 0); });
     for (const SolverPath& path : settings.paths) {
       const auto now = static_cast<size_t>(substep);
       set_velocity(path.body, path.velocity[now], path.spin[now]);
@@ -416,9 +445,8 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
     }
     hold(joints, h, true);
     for_blocks([&](size_t, Block& block) { sweep<true>(block, per_substep); });
-    parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
-    });
+    parallel_for(bodies.size(), kBodyGrain,
+                 [&](size_t begin, size_t end) { move(bodies, begin, end, settings.gravity, h); });
     for (SolverJoint& joint : joints) place(joint, bodies);
     for (int i = 0; i < kRelaxations; ++i) {
       hold(joints, h, false);
@@ -460,6 +488,7 @@ void ContactSolver::prepare(const SolverSettings& settings, const std::vector<So
       motion.v[6] = motion.v[7] = 0;
       for (size_t k = 0; k < 8; ++k) inverse_[i].v[k] = static_cast<T>(inverse[k]);
       shifts_[i] = none;
+      shifts_[i].v[7] = static_cast<T>(body.share);
     }
   });
   arrange(contacts);

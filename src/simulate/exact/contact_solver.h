@@ -49,6 +49,7 @@ struct ContactRange {
   double friction, restitution;
   double slop_m;    // overlaps beyond it are undone slowly
   bool is_joined;   // by a joint, which overlaps are not to strain
+  bool collides;    // some contact is an impact
   TorqueArms arms;  // of what holds back rolling and spinning
   // How the surfaces of its bodies run along them, world axes; null: they do not.
   const SurfaceVelocity* surface_a = nullptr;
@@ -154,29 +155,34 @@ class ContactSolver {
     std::array<T, 8> v;  // inertia xx, yy, zz, xy, xz, yz, 1 / kg m^2, world; mass, 1 / kg; -
   };
   struct alignas(32) Shift {
-    std::array<T, 8> v;  // way x y z, turn x y z w, -
+    std::array<T, 8> v;  // m, displacement x y z; turn x y z w; the body's share of the step
   };
   // Contacts of kLanes pairs that share no body.
   struct alignas(32) Block {
     std::array<uint32_t, kLanes> a, b;
-    Row inverse_mass_a, inverse_mass_b;
+    uint32_t first_point, points;
+    uint32_t visited;    // when it was last; see changed_
+    bool is_settled;     // its points came to agree then
+    bool is_reached;     // some lane has part in this round of impacts
+    bool has_impacts;    // some lane collides in it
+    bool holds_turning;  // some lane's torque arms are not 0
+    bool has_surfaces;   // some lane has a surface that runs or turns
+    alignas(32) Row inverse_mass_a, inverse_mass_b;
     std::array<Row, 6> inertia_a, inertia_b;  // inverse; xx, yy, zz, xy, xz, yz
     Rows between;                             // m, centre a less centre b
     Row friction, restitution, slop;
     Row edged;                          // 0: a round side, 1: corners that turn
     Row rate, mass_scale, force_scale;  // of the softness
-    uint32_t first_point, points;
-    bool holds_turning;  // some lane's torque arms are not 0
-    bool has_surfaces;   // some lane has a surface that runs or turns
     // Impacts; see bounce_solver.cpp. Lanes hold 1 or 0.
-    Row impact;        // its bodies collide in this round
-    Row bounced;       // they have in a round before
-    Row passes;        // it passes impulses on without a bounce of its own
-    Row reached;       // it has part in this round
-    bool is_reached;   // some lane has
-    bool has_impacts;  // some lane does
-    bool is_settled;   // when last visited, its points came to agree
-    uint32_t visited;  // and when that was; see changed_
+    Row impact;   // its bodies collide in this round
+    Row bounced;  // they have in a round before
+    Row passes;   // it passes impulses on without a bounce of its own
+    Row reached;  // it has part in this round
+  };
+  // Where the contacts of a block's lanes are found.
+  struct LaneContacts {
+    std::array<const Contact*, kLanes> first{};
+    std::array<uint32_t, kLanes> count{};
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
@@ -243,6 +249,7 @@ class ContactSolver {
   void take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                  std::span<const ContactRange> contacts);
   void fill(const SolverSettings& settings, std::span<const ContactRange> contacts, size_t bodies);
+  Row fill_points(Block& block, const LaneContacts& lanes, T substep_s, int substeps);
   template <typename Visit>
   void for_blocks(const Visit& visit);
   void measure(Block& block, bool is_last);
@@ -262,6 +269,7 @@ class ContactSolver {
   void converge();
   void sum_impulses(std::span<const Motion> before);
   bool is_to_visit(const Block& block) const;
+  void begin_impact(Block& block);
   bool collide(Block& block, uint32_t now);
   void accelerate(uint32_t begin, uint32_t end);
   void find_impact_islands(uint32_t begin);
@@ -280,8 +288,9 @@ class ContactSolver {
   void apply_torques(const Block& block);
   void hold_turning(const Block& block, bool of_impact);
   void store_torques(std::span<const ContactRange> contacts, double substep_s) const;
-  void pull(size_t i, const SolverSettings& settings, T h, bool first);
-  void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
+  void pull(size_t begin, size_t end, const SolverSettings& settings, T h, bool first);
+  void move(std::span<const SolverBody> bodies, size_t begin, size_t end, const Vec3& gravity,
+            T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
   void hold(std::span<SolverJoint> joints, T h, bool soft);
   static double axial_change(SolverJoint& joint, double spin, const Softness& soft, double step_s);

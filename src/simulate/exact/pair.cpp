@@ -742,8 +742,8 @@ bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
   const double ahead =
       h * ((b.velocity - a.velocity).norm() + a.turning_m_s + b.turning_m_s) + fall;
   if (motion + ahead > pair.found_margin_m) return false;
-  const Mat3 back = a.turn * since.normalized().conjugate().toRotationMatrix() * a.turn.transpose();
   const Vec3 shifted = a.turn * moved;
+  const Vec3 turned = a.turn * (std::copysign(2.0, since.w()) * since.vec());  // rad
   for (const Contact& old : former) {
     Contact& contact = contacts.emplace_back(old);
     const Vec3 arm_b = b.turn * old.found_on_b.cast<double>();
@@ -752,7 +752,7 @@ bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
     contact.arm_a = (arm_b + apart).cast<float>();
     contact.normal = normal.cast<float>();
     contact.distance_m =
-        static_cast<float>(old.found_distance_m + normal.dot(arm_b - back * arm_b + shifted));
+        static_cast<float>(old.found_distance_m + normal.dot(turned.cross(arm_b) + shifted));
     contact.friction_n -= contact.friction_n.dot(contact.normal) * contact.normal;
     contact.bounce = 0;
     contact.hits = false;

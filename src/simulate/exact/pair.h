@@ -36,6 +36,7 @@ struct Contact {
            self.friction_n, self.torque_nm, self.bounce, self.time_s, self.hits, self.is_round,
            self.is_of_b, self.found_distance_m, self.found_on_b, self.found_normal);
   }
+  bool is_impact() const { return hits || bounce > 0; }
 };
 
 inline constexpr float kUntested = -1;  // the bound of what has not been tested yet

@@ -354,8 +354,9 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
           ++last;
         }
         const std::span<Contact> own = contacts.subspan(first, last - first);
+        const bool collides = std::ranges::any_of(own, &Contact::is_impact);
         ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, restitution, slop,
-                          is_joined, arms, surface_of(pair.a), surface_of(pair.b)});
+                          is_joined, collides, arms, surface_of(pair.a), surface_of(pair.b)});
       }
     }
   });
