@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes drum.obj, bowl.obj and jar.obj of this folder: closed surfaces turned about an axis.
+"""Writes drum.obj, bowl.obj, jar.obj, plate.obj, goblet.obj and bottle.obj of this folder: closed surfaces turned
+about an axis.
 
 Run it here after a change:  python3 turned.py
 """
@@ -69,6 +70,19 @@ BOWL = [(0, -0.01), (0.16, -0.015), (0.215, 0.075), (0.207, 0.075), (0.155, 0), 
 JAR = [(0, 0), (0.085, 0), (0.115, 0.035), (0.118, 0.11), (0.105, 0.15), (0.111, 0.165),
        (0.105, 0.166), (0.099, 0.15), (0.112, 0.11), (0.109, 0.037), (0.082, 0.006), (0, 0.006)]
 
+# A rim that rises 2 cm.
+PLATE = [(0, 0), (0.075, 0), (0.085, 0.004), (0.125, 0.019), (0.125, 0.022), (0.082, 0.009), (0, 0.006)]
+# A foot, a stem and a thin cup.
+GOBLET = [(0, 0), (0.036, 0), (0.036, 0.002), (0.012, 0.006), (0.0045, 0.014), (0.004, 0.07), (0.008, 0.08),
+          (0.03, 0.096), (0.04, 0.125), (0.038, 0.155), (0.034, 0.175), (0.033, 0.175), (0.0365, 0.155),
+          (0.0385, 0.125), (0.029, 0.099), (0.012, 0.088), (0, 0.086)]
+# Full: without an inside.
+BOTTLE = [(0, 0), (0.034, 0), (0.037, 0.004), (0.037, 0.185), (0.033, 0.205), (0.016, 0.235), (0.0145, 0.25),
+          (0.0145, 0.285), (0.0165, 0.287), (0.0165, 0.297), (0, 0.297)]
+
 write("drum.obj", *turned(DRUM, drum_point))
 write("bowl.obj", *turned(BOWL, bowl_point))
 write("jar.obj", *turned(JAR, bowl_point))
+write("plate.obj", *turned(PLATE, bowl_point))
+write("goblet.obj", *turned(GOBLET, bowl_point))
+write("bottle.obj", *turned(BOTTLE, bowl_point))
