@@ -86,7 +86,7 @@ def card_tower():
             feet.append((x, y + reach + thickness + gap))
     write("card_tower", "A tower of 40 playing cards stands until cubes fall on it (example 1).", {
         "name": "Card tower", "duration_s": 9, "frame_rate": 30,
-        "materials": {"ground": {"restitution": 0, "friction": 0.7},
+        "materials": {"ground": {"restitution": 0, "friction": 0.7, "colour": "#2f6b4f"},
                       "card": {"restitution": 0, "friction": 0.7, "density_kg_m3": 1100},
                       "wood": {"restitution": 0.1, "friction": 0.6, "density_kg_m3": 600}},
         "shapes": {"ground": {"type": "plane"},
@@ -95,9 +95,11 @@ def card_tower():
         "bodies": [GROUND] + cards,
         "emitters": [{"name": "cubes", "type": "line", "shape": "cube", "material": "wood",
                       "from": [-0.06, 0.75, 0.005], "to": [0.07, 0.75, -0.01], "period_s": 3.4,
-                      "count": 4, "rate_hz": 1.5, "start_s": 6, "colour": "#3d5a45"}],
+                      "count": 4, "rate_hz": 1.5, "start_s": 6, "colour": "#e8b23a"}],
         "guide": {"hold": "freeze"},
-        "camera": {"position": [0.28, 0.42, 1.05], "target": [0, 0.2, 0]}})
+        "render": {"light": {"name": "studio", "azimuth_deg": 40, "elevation_deg": 40, "horizon_colour": "#6f9a85",
+                             "zenith_colour": "#2c5546"}},
+        "camera": {"position": [0.42, 0.3, 0.8], "target": [0, 0.225, 0], "field_of_view_deg": 32}})
 
 
 def books():
@@ -117,7 +119,7 @@ def books():
     write("book_spiral", "%d books, stacked in a ring that winds upwards, stand until a giant ball hits "
           "them (example 4)." % len(stack), {
               "name": "Book spiral", "duration_s": 8, "frame_rate": 30,
-              "materials": {"ground": {"restitution": 0, "friction": 0.7},
+              "materials": {"ground": {"restitution": 0, "friction": 0.7, "colour": "#9a8f80"},
                             "paper": {"restitution": 0, "friction": 0.7, "density_kg_m3": 800},
                             "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 400}},
               "shapes": {"ground": {"type": "plane"},
@@ -126,7 +128,8 @@ def books():
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-6.0, 4.6, 0.4], [6, 0, -0.4], "#4a4e57"),
               "guide": {"hold": "freeze"},
-              "camera": {"position": [2.6, 3.0, 7.6], "target": [0.3, 1.15, 0]}})
+              "render": {"light": {"name": "evening", "azimuth_deg": -35, "elevation_deg": 30}, "exposure": 0.6},
+              "camera": {"position": [1.4, 0.6, 5.6], "target": [0.1, 1.55, 0], "field_of_view_deg": 38}})
 
 
 def sticks():
@@ -144,7 +147,7 @@ def sticks():
     write("stick_tower", "%d sticks, laid crosswise into a twisted tower that leans; a cube hits it."
           % len(stack), {
               "name": "Stick tower", "duration_s": 8, "frame_rate": 30,
-              "materials": {"ground": {"restitution": 0, "friction": 0.7},
+              "materials": {"ground": {"restitution": 0, "friction": 0.7, "colour": "#6f7f8a"},
                             "wood": {"restitution": 0, "friction": 0.7, "density_kg_m3": 600}},
               "shapes": {"ground": {"type": "plane"},
                          "stick": {"type": "box", "size": [1, 0.02, 0.02]},
@@ -152,7 +155,8 @@ def sticks():
               "bodies": [GROUND] + stack,
               "emitters": thrown("cube", "wood", [-2.5, 2.4, 0], [7, 0, 0], "#4a4e57"),
               "guide": {"hold": "freeze"},
-              "camera": {"position": [2.0, 2.0, 5.0], "target": [0.2, 1.05, 0]}})
+              "render": {"light": {"name": "evening", "azimuth_deg": -35, "elevation_deg": 28}, "exposure": 0.5},
+              "camera": {"position": [1.5, 0.6, 4.1], "target": [0.15, 1.1, 0], "field_of_view_deg": 35}})
 
 
 def tyres():
@@ -170,7 +174,7 @@ def tyres():
     write("tyre_fan", "%d tyres placed by hand as a fan of leaning columns (example 6); a ball hits "
           "it." % len(stack), {
               "name": "Tyre fan", "duration_s": 8, "frame_rate": 30,
-              "materials": {"ground": {"restitution": 0, "friction": 0.8},
+              "materials": {"ground": {"restitution": 0, "friction": 0.8, "colour": "#b8ae9c"},
                             "rubber": {"restitution": 0.1, "friction": 0.8, "density_kg_m3": 300},
                             "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 3000}},
               "shapes": {"ground": {"type": "plane"},
@@ -180,7 +184,8 @@ def tyres():
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.5, 3.4, 0.2], [6, 0, 0], "#b0402f"),
               "guide": {"hold": "freeze"},
-              "camera": {"position": [2.6, 3.4, 11], "target": [0.4, 1.2, 0]}})
+              "render": {"light": {"name": "noon", "azimuth_deg": -45, "elevation_deg": 42}},
+              "camera": {"position": [1.6, 1.0, 7.2], "target": [-0.25, 1.5, 0], "field_of_view_deg": 33}})
 
 
 def crates():
@@ -208,7 +213,8 @@ def crates():
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.2, 2.6, 0.1], [6, 0, 0], "#4a4e57"),
               "guide": {"hold": "freeze"},
-              "camera": {"position": [1.6, 2.0, 5.6], "target": [0, 1.1, 0]}})
+              "render": {"light": {"name": "noon", "azimuth_deg": -45, "elevation_deg": 42}},
+              "camera": {"position": [1.2, 0.7, 4.6], "target": [0, 1.15, 0], "field_of_view_deg": 34}})
 
 
 def wedged():
@@ -234,7 +240,8 @@ def wedged():
                          "crate": {"type": "box", "size": [side, side, side]}},
               "bodies": [GROUND] + stack,
               "guide": {"hold": "freeze", "least_normal_up": 0.1},
-              "camera": {"position": [1.2, 1.5, 3.6], "target": [0, 0.85, 0]}})
+              "render": {"light": {"name": "noon", "azimuth_deg": -45, "elevation_deg": 42}},
+              "camera": {"position": [0.9, 0.6, 3.4], "target": [0, 0.9, 0], "field_of_view_deg": 34}})
 
 
 card_tower()
