@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the gallery, of all presets but those in LEFT_OUT: docs/gallery/make.py [PILESIM [WORK]]
+"""Makes the gallery: stills and loops of presets, and its page, which names all presets: docs/gallery/make.py [PILESIM [WORK]]
 
 PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/gallery); what is there already is kept,
-with its times. Needs ffmpeg. About twenty minutes on two cores.
+with its times. Needs ffmpeg. The page says how long it takes.
 """
 
 import json
@@ -15,58 +15,64 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PRESETS = ROOT / "presets"
+NEAR = "near"  # a camera of presets whose own one shows all
 
-LEFT_OUT = {
-    "batch/bins.plan": "is a plan of many runs, not a scene",
-    "finish/rabbits_100000": "takes minutes",
-    "hard/contact_on_edge": "is a test of few bodies, as all of `hard/` that is left out",
-    "hard/friction_0": "",
-    "hard/friction_2": "",
-    "hard/heavy_on_light": "",
-    "hard/millimetres_and_100_m": "",
-    "hard/resting": "",
-    "hard/restitution": "",
-    "hard/spinning": "",
-    "hard/thin_wall": "",
-    "hard/zero_gravity": "",
-    "mixed/flight": "takes minutes",
-    "statistical/boxes_1000000": "takes a minute, and more memory than most machines have for its pictures",
+# Title: presets, each with the moment of its picture and a camera where they are not the last one and its own.
+STILLS = {
+    "Poured, dropped, stacked": {
+        "impulse/jar": (),
+        "impulse/looks": (),
+        "impulse/rabbits_in_a_crate": (),
+        "impulse/shapes": (),
+        "impulse/rings_and_poles": (),
+        "impulse/l_shapes_300": (),
+        "hard/iron_on_gravel": (),
+    },
+    "Hit, pulled, shaken": {
+        "impulse/avalanche": ("2.7s",),
+        "impulse/tablecloth": ("1.62s",),
+        "impulse/wrecking_ball": ("1.25s",),
+        "impulse/tower_of_boxes": ("3.1s",),
+        "impulse/belt": ("17s",),
+        "impulse/tumbling_drum": (),
+        "impulse/vibrating_bowl": (),
+        "hard/funnel": ("1.6s",),
+    },
+    "Held in a shape until they are hit": {
+        "guides/letters": ("3.1s",),
+        "guides/heart": ("2.9s",),
+    },
+    "Structures that stand": {
+        "equilibrium/book_spiral": ("5.9s",),
+        "equilibrium/card_tower": ("6.35s",),
+        "equilibrium/stick_tower": ("5.4s",),
+        "equilibrium/tyre_fan": ("5.4s",),
+        "equilibrium/bananas_in_a_cart": (),
+        "equilibrium/chair_pile": (),
+        "hard/card_house": (),
+        "hard/arch": (),
+        "hard/pyramid": (),
+        "hard/rings": (),
+    },
+    "Piles at an angle of repose": {
+        "repose/rabbit_matrix_35": (),
+        "repose/multiple_piles": (),
+        "repose/multiple_sizes": (),
+        "repose/rings_in_a_box": (),
+        "repose/pile_hit": ("9.15s",),
+    },
+    "Fast: the statistical and the mixed mode": {
+        "statistical/rabbits_10000": ("last", NEAR),
+        "mixed/building": ("0.6s",),
+        "mixed/crosses": ("4s",),
+    },
 }
-# The moment of the picture where it is not the last one: what is held until it is hit, while it stands or breaks.
-WHEN = {
-    "equilibrium/book_spiral": "4.9s",
-    "equilibrium/books_upside_down": "5.9s",
-    "equilibrium/card_tower": "5.5s",
-    "equilibrium/rough_crates": "4.9s",
-    "equilibrium/stick_tower": "4.9s",
-    "equilibrium/tyre_fan": "4.9s",
-    "guides/arch": "2.9s",
-    "guides/column": "2.9s",
-    "guides/cut_sphere": "2.9s",
-    "guides/figure": "2.9s",
-    "guides/heart": "2.9s",
-    "guides/l": "2.9s",
-    "guides/letters": "3.3s",
-    "guides/spiral_tower": "2.9s",
-    "guides/t": "2.9s",
-    "guides/torus": "2.9s",
-    "impulse/tower_of_boxes": "2.9s",
-    "repose/pile_hit": "9.3s",
-}
-# How fast it is, which differs by a factor of two from one to the next and from day to day.
-MACHINE = "`exact_benchmark --hulls 1000 --mesh bunny.obj --step 60 exact` takes 0.84 s there."
-TITLES = {
-    "artist": "An artist's own things",
-    "impulse": "Exact: the impulse mode",
-    "finish": "Simulated fast, finished exactly",
-    "equilibrium": "Structures that stand until they are hit",
-    "guides": "Piles held in a shape",
-    "repose": "Piles that take an angle of repose",
-    "statistical": "Fast: the statistical mode",
-    "mixed": "Both at once: the mixed mode",
-    "hard": "Scenes that break simulators",
-    "compare": "Scenes to compare modes with",
-    "batch": "Scenes to run a thousand times",
+# Name: title, preset, frames, frames a second, renderer, further arguments.
+LOOPS = {
+    "letters": ("Letters are hit", "guides/letters", "2.9s-4.9s", 15, "raster", ["--samples", 8]),
+    "crate": ("A crate fills", "impulse/rabbits_in_a_crate", "0-150x3", 12, "raster", ["--samples", 8]),
+    "avalanche": ("Rocks hit a wall", "impulse/avalanche", "0.8s-3.8s", 15, "raster", ["--samples", 8]),
+    "tablecloth": ("A cloth is pulled away", "impulse/tablecloth", "1.4s-2.1sx2", 8, "rays", ["--samples", 8]),
 }
 
 
@@ -82,82 +88,85 @@ def run(*words):
     return children_s() - begin
 
 
-def make(pilesim, work, name):
-    """Its picture, and what the page says of it."""
+def simulated(pilesim, work, name):
+    """The directory of a preset's run, and its report."""
     out = work / name.replace("/", "_")
-    about = out / "gallery.json"
+    if not (out / "report.json").exists():
+        scene = PRESETS / f"{name}.json"
+        config = json.loads(subprocess.check_output([str(pilesim), "validate", str(scene), "--print-config"]))
+        run(pilesim, "direct-pile" if config.get("guide") or config.get("piles") else "simulate", scene, "-o", out, "--force", "-q")
+    return out, json.loads((out / "report.json").read_text())
+
+
+def drawn(pilesim, out, picture, frames, size, arguments, encoding):
+    """Draws frames into a file, unless it is there. The processor time that it took, s."""
+    about = out / f"{picture.name}.json"
+    if not (about.exists() and picture.exists()):
+        folder = out / picture.name
+        took = run(pilesim, "render", out, "-o", folder, "--frames", frames, "--size", size, *arguments, "--no-video", "--force", "-q")
+        (folder,) = folder.rglob("frames")
+        run("ffmpeg", "-loglevel", "error", "-y", *encoding[0], "-pattern_type", "glob", "-i", folder / "*.png", *encoding[1], picture)
+        about.write_text(json.dumps(took))
+    return json.loads(about.read_text())
+
+
+def still(pilesim, work, name, moment="last", camera="camera"):
+    out, report = simulated(pilesim, work, name)
     picture = HERE / f"{out.name}.jpg"
-    if about.exists() and picture.exists():
-        return json.loads(about.read_text())
-    scene = PRESETS / f"{name}.json"
-    directed = json.loads(subprocess.check_output([str(pilesim), "validate", str(scene), "--print-config"]))
-    command = "direct-pile" if directed.get("guide") or directed.get("piles") else "simulate"
-    simulated = run(pilesim, command, scene, "-o", out, "--force", "-q")
-    drawn = run(
-        pilesim, "render", out, "--frames", WHEN.get(name, "last"), "--renderer", "rays", "--size", "640x360",
-        "--no-video", "--force", "-q",
-    )  # fmt: skip
-    (frame,) = (out / "frames").glob("*.png")
-    run("ffmpeg", "-loglevel", "error", "-y", "-i", frame, "-q:v", "5", picture)
-    frame.unlink()
-    report = json.loads((out / "report.json").read_text())
-    told = {
-        "title": report["scene"]["name"],
-        "bodies": report["counts"]["dynamic_bodies"],
-        "mode": report["mode"],
-        "scene_s": directed["duration_s"],
-        "simulated_s": simulated,
-        "drawn_s": drawn,
-        "command": command,
-    }
-    about.write_text(json.dumps(told))
-    return told
+    arguments = ["--camera", camera, "--renderer", "rays"]
+    return report, drawn(pilesim, out, picture, moment, "800x450", arguments, ([], ["-q:v", "4"]))
+
+
+def loop(pilesim, work, name):
+    _, preset, frames, rate, renderer, arguments = LOOPS[name]
+    out, report = simulated(pilesim, work, preset)
+    encoding = (["-framerate", rate], ["-c:v", "libwebp_anim", "-quality", "75", "-loop", "0"])
+    return report, drawn(pilesim, out, HERE / f"{name}.webp", frames, "640x360", ["--renderer", renderer, *arguments], encoding)
 
 
 def seconds(value):
     return f"{value:.1f} s" if value < 10 else f"{value:.0f} s"
 
 
-def cell(name, told):
-    picture = name.replace("/", "_") + ".jpg"
+def cell(picture, preset, title, report, took):
     return (
-        f"![{told['title']}]({picture})<br>[`{name}`](../../presets/{name}.json): {told['title']}<br>"
-        f"{told['bodies']:,} bodies, {told['scene_s']:.3g} s; simulated in {seconds(told['simulated_s'])}, "
-        f"drawn in {seconds(told['drawn_s'])}"
+        f"![{title}]({picture})<br>[`{preset}`](../../presets/{preset}.json): {title}<br>"
+        f"{report['counts']['dynamic_bodies']:,} bodies; simulated in {seconds(report['time']['cpu_s'])}, drawn in {seconds(took)}"
     )
+
+
+def table(cells):
+    return ["", "| | |", "|---|---|", *(f"| {' | '.join((*cells[i : i + 2], '')[:2])} |" for i in range(0, len(cells), 2))]
 
 
 def main():
     pilesim = (ROOT / (sys.argv[1] if len(sys.argv) > 1 else "build/release/commands/pilesim")).resolve()
     work = (ROOT / (sys.argv[2] if len(sys.argv) > 2 else "out/gallery")).resolve()
     names = [line.split()[0] for line in subprocess.check_output([str(pilesim), "presets"], text=True).splitlines()]
-    unknown = set(LEFT_OUT) - set(names)
-    if unknown:
+    shown = {name for presets in STILLS.values() for name in presets}
+    if unknown := shown - set(names):
         sys.exit(f"no presets: {', '.join(sorted(unknown))}")
-    groups = {}
-    for name in names:
-        if name not in LEFT_OUT:
-            groups.setdefault(name.split("/")[0], []).append(name)
+    stills = {name: still(pilesim, work, name, *shot) for presets in STILLS.values() for name, shot in presets.items()}
+    loops = {name: loop(pilesim, work, name) for name in LOOPS}
+    took = sum(took for _, took in (*stills.values(), *loops.values())) + sum(report["time"]["cpu_s"] for report, _ in stills.values())
     lines = [
         "# Gallery",
         "",
-        "Every preset that makes a picture, made by `docs/gallery/make.py`. The processor times are those of `pilesim simulate`",
-        "(`direct-pile` for held and directed piles) with its set-up, and of one picture of 640 x 360 by rays. Two cores take",
-        f"about half of it. Measured in {time.strftime('%B %Y')} on cores at 2.5 GHz.",
-        MACHINE,
+        f"Presets in pictures, made by `docs/gallery/make.py` in {took / 60:.0f} minutes of processor time. Below each stand the",
+        "processor times of `pilesim simulate` (`direct-pile` for held and directed piles) after its set-up, and of the",
+        f"picture, by rays. Measured in {time.strftime('%B %Y')} on two cores at 2.5 GHz, beside much other work, which doubles them.",
         "",
-        "    pilesim presets copy impulse/rabbits_in_a_crate",
-        "    pilesim simulate rabbits_in_a_crate.json -o out/crate",
-        "    pilesim render out/crate --renderer rays --size 640x360 --frames last --no-video",
+        "    pilesim presets copy impulse/jar",
+        "    pilesim simulate jar.json -o out/jar",
+        "    pilesim render out/jar --renderer rays --frames last --no-video",
+        "",
+        "## It moves",
+        *table([cell(f"{name}.webp", LOOPS[name][1], LOOPS[name][0], *told) for name, told in loops.items()]),
     ]
-    for group, title in TITLES.items():
-        cells = [cell(name, make(pilesim, work, name)) for name in groups.pop(group, [])]
-        lines += ["", f"## {title}", "", "| | |", "|---|---|"]
-        lines += [f"| {' | '.join((*cells[i : i + 2], '')[:2])} |" for i in range(0, len(cells), 2)]
-    if groups:
-        sys.exit(f"no title for {', '.join(groups)}")
-    lines += ["", "## Left out", ""]
-    lines += [f"- `{name}`" + (f" {why}" if why else "") for name, why in LEFT_OUT.items()]
+    for title, presets in STILLS.items():
+        lines += ["", f"## {title}", *table([cell(name.replace("/", "_") + ".jpg", name, stills[name][0]["scene"]["name"], *stills[name]) for name in presets])]
+    lines += ["", "## More presets", ""]
+    lines += [f"- [`{name}`](../../presets/{name}.json)" for name in names if name not in shown]
     (HERE / "README.md").write_text("\n".join(lines) + "\n")
 
 
