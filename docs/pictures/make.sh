@@ -1,76 +1,84 @@
 #!/usr/bin/env bash
-# Makes the pictures of the documentation again, from presets: docs/pictures/make.sh [PILESIM [WORK]].
-# PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/pictures); what is there already is kept.
-# Needs ffmpeg. About five minutes on two cores; with LARGE=1 100,000 rabbits are finished, too, in some ten minutes and 2.4 GB.
+# Makes the pictures of the pages again that are not in the gallery: docs/pictures/make.sh [PILESIM [WORK]].
+# PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/gallery, which docs/gallery/make.py fills);
+# what is there already is kept. Needs ffmpeg and gnuplot. About five minutes on two cores; with LARGE=1 100,000 rabbits are finished,
+# too, in some ten minutes and 2.4 GB.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 pilesim=${1:-build/release/commands/pilesim}
-work=${2:-out/pictures}
+work=${2:-out/gallery}
 mkdir -p "$work"
 
 # run COMMAND PRESET [NAME]: simulates it into WORK.
 run() {
   local out
-  out=$work/${3:-$(basename "$2")}
+  out=$work/${3:-${2//\//_}}
   [ -s "$out/report.json" ] || "$pilesim" "$1" "presets/$2.json" -o "$out" --force
 }
 
-# still PRESET TIME NAME CAMERA: the frame at that time, by rays, as WORK/NAME.png.
-still() {
-  local out=$work/still_$3
-  if [ ! -s "$work/$3.png" ]; then
-    "$pilesim" render "$work/$1" -o "$out" --frames "$2" --renderer rays --size 640x360 --no-video --force \
-      --set "/camera=$4"
-    cp "$out"/frames/*.png "$work/$3.png"
-  fi
-}
-
-run direct-pile guides/letters
-run direct-pile equilibrium/chair_pile
-run simulate impulse/rabbits_in_a_crate
-run simulate artist/things_on_a_table
-letters='{"position": [1.2, 2.6, 8], "target": [0, 0.75, 0], "field_of_view_deg": 25}'
-still letters 2.4s letters "$letters"
-still letters 3.2s letters_hit "$letters"
-still chair_pile last chairs '{"position": [4.2, 3, 8], "target": [0, 1.35, 0], "field_of_view_deg": 28}'
-still rabbits_in_a_crate last rabbits '{"position": [1.9, 1.9, 3.4], "target": [0.1, 0.38, 0.1], "field_of_view_deg": 25}'
-# The camera of the scene.
-if [ ! -s "$work/things_on_a_table.png" ]; then
-  "$pilesim" render "$work/things_on_a_table" -o "$work/still_things" --frames last --renderer rays --size 960x540 --no-video --force
-  cp "$work"/still_things/frames/*.png "$work/things_on_a_table.png"
-fi
-ffmpeg -loglevel error -y -i "$work/things_on_a_table.png" -q:v 5 docs/pictures/things_on_a_table.jpg
-ffmpeg -loglevel error -y -i "$work/letters.png" -i "$work/letters_hit.png" -i "$work/chairs.png" -i "$work/rabbits.png" \
-  -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/piles.jpg
-
-# A chain, and surfaces that move, by the cameras of their scenes.
-moving() {
-  run simulate "impulse/$1"
+# picture NAME RUN FRAMES ARGUMENTS...: one frame as WORK/NAME.png.
+picture() {
   if [ ! -s "$work/$1.png" ]; then
-    "$pilesim" render "$work/$1" -o "$work/still_$1" --frames "$2" --renderer rays --size 640x360 --no-video --force
-    cp "$work/still_$1"/frames/*.png "$work/$1.png"
+    "$pilesim" render "$work/$2" -o "$work/picture_$1" --frames "$3" --size 640x360 --no-video --force "${@:4}"
+    cp "$work/picture_$1"/frames/*.png "$work/$1.png"
   fi
 }
-moving wrecking_ball 1.5s
-moving belt last
-moving tumbling_drum last
-moving vibrating_bowl last
-ffmpeg -loglevel error -y -i "$work/wrecking_ball.png" -i "$work/belt.png" -i "$work/tumbling_drum.png" -i "$work/vibrating_bowl.png" \
-  -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/moving.jpg
 
-# Looks, and glass.
-moving looks last
-moving jar last
-ffmpeg -loglevel error -y -i "$work/looks.png" -i "$work/jar.png" -filter_complex hstack -q:v 4 -frames:v 1 docs/pictures/looks.jpg
+# jpeg NAME INPUTS...: pictures of WORK side by side, as docs/pictures/NAME.jpg.
+jpeg() {
+  local inputs=()
+  for name in "${@:2}"; do inputs+=(-i "$work/$name.png"); done
+  ffmpeg -loglevel error -y "${inputs[@]}" $([ $# -eq 2 ] || echo "-filter_complex hstack=inputs=$(($# - 1))") -q:v 4 -frames:v 1 "docs/pictures/$1.jpg"
+}
+
+run simulate artist/things_on_a_table
+picture things_on_a_table artist_things_on_a_table last --renderer rays --size 960x540
+jpeg things_on_a_table things_on_a_table
+
+# Overlays: glue and forces, layers, the analysis, levels of detail.
+run direct-pile guides/heart
+picture glue guides_heart 2.9s --overlay guide
+picture forces guides_heart 2.9s --overlay forces
+jpeg glue glue forces
+run direct-pile repose/rabbit_matrix_35
+picture layers repose_rabbit_matrix_35 last --overlay piles
+jpeg layers layers
+run direct-pile equilibrium/stick_tower
+picture analysis equilibrium_stick_tower 5.6s --overlay guide
+jpeg analysis analysis
+run simulate mixed/building
+picture levels mixed_building 0.7s --overlay solver
+jpeg levels levels
+
+# Two modes side by side, frames of a run, bodies that start inside one another.
+run simulate impulse/rabbits_in_a_crate
+run simulate statistical/rabbits_in_a_crate
+picture compare impulse_rabbits_in_a_crate 4s --compare-with "$work/statistical_rabbits_in_a_crate"
+jpeg compare compare
+[ -s "$work/sheet.png" ] || "$pilesim" render "$work/impulse_rabbits_in_a_crate" -o "$work/sheet" --sheet 3x2 --size 320x180 --force
+cp "$work/sheet/sheet.png" "$work/sheet.png"
+jpeg sheet sheet
+run simulate hard/overlapping
+picture overlapping hard_overlapping 0 --renderer rays
+jpeg overlapping overlapping
+
+# Colours, depth and normals of a bin.
+run simulate batch/bin
+if [ ! -s "$work/normals.png" ]; then
+  "$pilesim" render "$work/batch_bin" -o "$work/passes" --frames last --size 480x360 --passes depth,normals --no-video --force
+  cp "$work"/passes/frames/*.png "$work/colours.png"
+  ffmpeg -loglevel error -y -pattern_type glob -i "$work/passes/passes/depth.*.png" -vf format=rgb48,normalize,format=rgb24 "$work/depth.png"
+  ffmpeg -loglevel error -y -pattern_type glob -i "$work/passes/passes/normals.*.png" -vf format=rgb24 "$work/normals.png"
+fi
+jpeg passes colours depth normals
 
 # The same fall, as it was simulated and as it was made sound.
 run simulate statistical/rabbits_10000
-run simulate finish/rabbits_10000 rabbits_10000_finished
+run simulate finish/rabbits_10000
 near='{"position": [2.2, 2.3, 3.4], "target": [0.6, 1.25, 0.6], "field_of_view_deg": 14}'
-still rabbits_10000 last rabbits_10000 "$near"
-still rabbits_10000_finished last rabbits_10000_finished "$near"
-ffmpeg -loglevel error -y -i "$work/rabbits_10000.png" -i "$work/rabbits_10000_finished.png" -filter_complex hstack \
-  -q:v 4 -frames:v 1 docs/pictures/finish.jpg
+picture fallen statistical_rabbits_10000 last --renderer rays --set "/camera=$near"
+picture finished finish_rabbits_10000 last --renderer rays --set "/camera=$near"
+jpeg finish fallen finished
 
 if [ -n "${LARGE:-}" ]; then
   if [ ! -s "$work/rabbits_100000/report.json" ]; then
@@ -80,10 +88,9 @@ if [ -n "${LARGE:-}" ]; then
   [ -s "$work/rabbits_100000_finished/report.json" ] ||
     "$pilesim" finish "$work/rabbits_100000" -o "$work/rabbits_100000_finished" --force
   near='{"position": [3.2, 2.6, 4.6], "target": [0.9, 1.0, 1.0], "field_of_view_deg": 17}'
-  still rabbits_100000 last rabbits_100000 "$near"
-  still rabbits_100000_finished last rabbits_100000_finished "$near"
-  ffmpeg -loglevel error -y -i "$work/rabbits_100000.png" -i "$work/rabbits_100000_finished.png" -filter_complex hstack \
-    -q:v 4 -frames:v 1 docs/pictures/finish_100000.jpg
+  picture rabbits_100000 rabbits_100000 last --renderer rays --set "/camera=$near"
+  picture rabbits_100000_finished rabbits_100000_finished last --renderer rays --set "/camera=$near"
+  jpeg finish_100000 rabbits_100000 rabbits_100000_finished
 fi
 
 # The first three bins, each from its four views.

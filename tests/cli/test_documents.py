@@ -180,6 +180,25 @@ class Documents(CommandTest):
                     anchors = [anchor(heading) for heading in headings]
                     self.assertIn(part, anchors, f"{document.name}: {target}")
 
+    def test_the_gallery_names_all_presets(self):
+        page = (SOURCE / "docs/gallery/README.md").read_text()
+        presets = {file.relative_to(SOURCE).as_posix() for file in SOURCE.glob("presets/**/*.json")}
+        self.assertGreater(len(presets), 80)
+        self.assertEqual(set(re.findall(r"presets/[\w/.]+\.json", page)), presets)
+
+    def test_pages_have_pictures(self):
+        for page in USER_PAGES:
+            self.assertRegex(page.read_text(), r"!\[[^]]+\]\([^)]+\.(?:jpg|webp|png)\)", page.name)
+
+    def test_pictures_are_small_and_on_pages(self):
+        linked = {(page.parent / path).resolve() for page in DOCUMENTS for path in re.findall(r"\]\(([^)\s#]+)", page.read_text())}
+        pictures = {file for folder in ("gallery", "pictures") for file in (SOURCE / "docs" / folder).iterdir() if file.suffix not in (".md", ".py", ".sh")}
+        self.assertEqual(pictures - linked, set())
+        self.assertLess(sum(file.stat().st_size for file in pictures if file.parent.name == "gallery"), 12_000_000)
+        for file in pictures:
+            if file.suffix == ".webp":
+                self.assertLess(file.stat().st_size, 1_500_000, file.name)
+
     def test_measurements_name_their_conditions(self):
         """A page with measured times or errors says when and on which machine, and how to measure again."""
         for document in USER_PAGES:
