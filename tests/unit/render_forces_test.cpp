@@ -9,7 +9,7 @@
 namespace pilesim {
 namespace {
 
-constexpr int kImageWidth = 320, kImageHeight = 240;
+constexpr int kWidth = 320, kHeight = 240;
 
 // Three spheres above each other; the lower two are in compression, the upper two in tension, each
 // with `weights`, until 0.5 s.
@@ -33,8 +33,8 @@ struct Chain : test::DrawnScene {
   // On white, from 6 m.
   Image draw(uint64_t index) const {
     write_guide_file(directory.path() / "guide.json", guide);
-    Image image{.width = kImageWidth, .height = kImageHeight};
-    image.rgb.assign(size_t{3} * kImageWidth * kImageHeight, 255);
+    Image image{.width = kWidth, .height = kHeight};
+    image.rgb.assign(size_t{3} * kWidth * kHeight, 255);
     make_overlay(OverlayKind::forces, directory.path())
         ->draw(index, frame, {.position = {0, 2, 6}, .target = {0, 2, 0}}, image);
     return image;
@@ -44,15 +44,15 @@ struct Chain : test::DrawnScene {
 enum class Ink { none, push, pull };
 
 Ink ink(const Image& image, int x, int y) {
-  const uint8_t* rgb = &image.rgb[3 * (static_cast<size_t>(y) * kImageWidth + x)];
+  const uint8_t* rgb = &image.rgb[3 * (static_cast<size_t>(y) * kWidth + x)];
   if (rgb[0] > 250 && rgb[1] > 250 && rgb[2] > 250) return Ink::none;
   return rgb[2] > rgb[0] ? Ink::push : Ink::pull;
 }
 
 size_t inked(const Image& image) {
   size_t count = 0;
-  for (int y = 0; y < kImageHeight; ++y) {
-    for (int x = 0; x < kImageWidth; ++x) count += ink(image, x, y) == Ink::none ? 0 : 1;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) count += ink(image, x, y) == Ink::none ? 0 : 1;
   }
   return count;
 }
@@ -60,9 +60,9 @@ size_t inked(const Image& image) {
 TEST(ForcesOverlay, TellsPushFromPull) {
   const Image image = Chain(100).draw(10);
   // The middle sphere is in the middle of the picture.
-  EXPECT_EQ(ink(image, kImageWidth / 2, kImageHeight / 2 + 12), Ink::push);
-  EXPECT_EQ(ink(image, kImageWidth / 2, kImageHeight / 2 - 12), Ink::pull);
-  EXPECT_EQ(ink(image, kImageWidth / 2 + 12, kImageHeight / 2 + 12), Ink::none);
+  EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 + 12), Ink::push);
+  EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 - 12), Ink::pull);
+  EXPECT_EQ(ink(image, kWidth / 2 + 12, kHeight / 2 + 12), Ink::none);
 }
 
 TEST(ForcesOverlay, LinesAreAsThickAsForcesAreStrong) {
@@ -86,8 +86,8 @@ TEST(ForcesOverlay, LeavesOutForcesOfBodiesThatAreNotPresent) {
   Chain chain(100);
   chain.frame.state[3] = 0;  // the upper one
   const Image image = chain.draw(10);
-  EXPECT_EQ(ink(image, kImageWidth / 2, kImageHeight / 2 + 12), Ink::push);
-  EXPECT_EQ(ink(image, kImageWidth / 2, kImageHeight / 2 - 12), Ink::none);
+  EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 + 12), Ink::push);
+  EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 - 12), Ink::none);
   chain.frame.state[2] = 0;
   EXPECT_EQ(inked(chain.draw(10)), 0u);
 }

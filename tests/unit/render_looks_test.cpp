@@ -37,11 +37,12 @@ DrawnScene without_ground() {
 }
 
 // Radiance as rays find it. Pixels as in pictures: rows from top to bottom.
-struct Lit {
+struct Traced {
   Film film;
 
-  Lit(const DrawnScene& scene, const std::vector<RayMaterial>& materials, const CameraKey& camera,
-      const Lighting& light, std::array<int, 2> size, uint32_t samples, int bounces = 2) {
+  Traced(const DrawnScene& scene, const std::vector<RayMaterial>& materials,
+         const CameraKey& camera, const Lighting& light, std::array<int, 2> size, uint32_t samples,
+         int bounces = 2) {
     const RenderScene drawn(scene.header);
     RayScene rays(drawn);
     rays.place(scene.frame, {});
@@ -80,8 +81,8 @@ TEST_P(WhiteFurnace, ShowsNothing) {
   for (const uint32_t shape : {1u, 2u}) {
     DrawnScene scene = without_ground();
     scene.add(shape, {0, 0, 0}, {255, 255, 255}, true, Quatf(0.8f, 0.5f, 0.3f, 0.1f).normalized());
-    const Lit traced(scene, {kMatt, GetParam()}, test::front_camera({0, 0, 0}, 2.2),
-                     white_all_around(), {24, 24}, 64);
+    const Traced traced(scene, {kMatt, GetParam()}, test::front_camera({0, 0, 0}, 2.2),
+                        white_all_around(), {24, 24}, 64);
     for (int row = 0; row < 24; ++row) {
       for (int column = 0; column < 24; ++column) {
         const Vec3f light = traced.at(column, row);
@@ -99,7 +100,7 @@ TEST(Metal, ColoursAWhiteSurrounding) {
   const Vec3f colour(1, 0.7f, 0.3f);
   const RayMaterial gold{.albedo = colour, .gloss = {.alpha = 0.01f, .metallic = 1}, .coat = kNone};
   const CameraKey ahead{.position = {0, 0, 10}, .target = {0, 0, 0}, .field_of_view = 0.02};
-  const Lit traced(scene, {kMatt, gold}, ahead, white_all_around(), {4, 4}, 256);
+  const Traced traced(scene, {kMatt, gold}, ahead, white_all_around(), {4, 4}, 256);
   EXPECT_LT((traced.mean() - colour).cwiseAbs().maxCoeff(), 0.01f) << traced.mean().transpose();
 }
 
@@ -108,7 +109,7 @@ double edge_of_lamp(const std::vector<RayMaterial>& materials, const DrawnScene&
   constexpr int kColumns = 100;
   const CameraKey camera{
       .position = {0, 0, 60}, .target = {0, 0, 0}, .field_of_view = 2 * std::atan(0.002 / 60)};
-  const Lit traced(scene, materials, camera, dark(), {kColumns, 2}, 64);
+  const Traced traced(scene, materials, camera, dark(), {kColumns, 2}, 64);
   int column = kColumns;
   while (column > 0 && traced.at(column - 1, 0).x() < 0.5f) --column;
   return 0.004 / 2 * (column - kColumns / 2);
@@ -139,7 +140,7 @@ TEST(Clear, BallTurnsWhatIsBehindItUpsideDown) {
   scene.add(1, {0, 0, 0}, {255, 255, 255}, true);
   const RayMaterial lamp{.gloss = kNone, .coat = kNone, .emission = 1};
   const CameraKey ahead{.position = {0, 0, 6}, .target = {0, 0, 0}, .field_of_view = 0.16};
-  const Lit traced(scene, {kMatt, lamp, kClear}, ahead, dark(), {32, 32}, 64);
+  const Traced traced(scene, {kMatt, lamp, kClear}, ahead, dark(), {32, 32}, 64);
   float above = 0, below = 0;
   for (int row = 0; row < 16; ++row) {
     for (int column = 0; column < 32; ++column) {
@@ -160,7 +161,7 @@ TEST(Clear, SlabTakesLightByItsThickness) {
   RayMaterial tinted = kClear;
   tinted.absorption = {0, 1, 4};
   const CameraKey ahead{.position = {0, 0, 40}, .target = {0, 0, 0}, .field_of_view = 0.001};
-  const Lit traced(scene, {kMatt, lamp, tinted}, ahead, dark(), {8, 8}, 256);
+  const Traced traced(scene, {kMatt, lamp, tinted}, ahead, dark(), {8, 8}, 256);
   for (int i = 0; i < 3; ++i) {
     const double left = std::exp(-0.4 * tinted.absorption[i]);
     const double mirrored = 0.04;
@@ -200,7 +201,7 @@ TEST(Clear, ShadowIsPaleAndHasTheColour) {
   // Obliquely from below the top's height, at the ground behind the cube's lower edge: through it.
   const CameraKey above{.position = {0, 30, 0.01}, .target = {0, 0, 0}, .field_of_view = 0.001};
   const auto brightness = [&](const RayMaterial& material) {
-    return Lit(scene, {kMatt, material}, above, light, {4, 4}, 64, 0).mean();
+    return Traced(scene, {kMatt, material}, above, light, {4, 4}, 64, 0).mean();
   };
   const Vec3f through = brightness(tinted), opaque = brightness(kMatt);
   EXPECT_NEAR(opaque.x(), 1, 0.01f);  // its top
@@ -242,7 +243,7 @@ TEST(Lamp, LightsWhatIsBelowIt) {
   ground.is_plane = true;
   ground.albedo.setConstant(0.5f);
   const CameraKey aside{.position = {3, 1, 0}, .target = {0, 0, 0}, .field_of_view = 0.002};
-  const Lit traced(scene, {ground, lamp}, aside, dark(), {16, 16}, 256, 1);
+  const Traced traced(scene, {ground, lamp}, aside, dark(), {16, 16}, 256, 1);
   EXPECT_NEAR(traced.mean().x(), 0.5 * 4 * std::pow(0.5 / 2, 2), 0.006);
 }
 

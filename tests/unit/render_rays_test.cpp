@@ -214,7 +214,7 @@ TEST(SamplePoints, LieOnceInEachOfAsManyEqualBoxes) {
 }
 
 // Spheres and cubes, some of them out of the picture or cut by its border.
-DrawnScene small_heap() {
+DrawnScene heap() {
   DrawnScene scene;
   Philox random(5, Stream::test, 1);
   for (int i = 0; i < 40; ++i) {
@@ -232,7 +232,7 @@ bool is_red(const Image& image, int x, int y) {
 }
 
 TEST(RaysAndRaster, ShowTheSameSilhouettes) {
-  const DrawnScene scene = small_heap();
+  const DrawnScene scene = heap();
   const CameraKey camera = test::front_camera({0, 1, 0}, 5);
   constexpr int kWidth = 200, kHeight = 140;
   SceneRenderer raster(scene.header, {.size = {kWidth, kHeight}, .samples = 1});
@@ -269,15 +269,15 @@ using RaysOnThreads = Threads;
 
 TEST_F(RaysOnThreads, GiveTheSameBytesOnAnyNumber) {
   set_thread_count(1);
-  const Image one = draw(small_heap(), {.samples = 3});
+  const Image one = draw(heap(), {.samples = 3});
   for (const int threads : {2, 5}) {
     set_thread_count(threads);
-    EXPECT_EQ(draw(small_heap(), {.samples = 3}).rgb, one.rgb) << threads;
+    EXPECT_EQ(draw(heap(), {.samples = 3}).rgb, one.rgb) << threads;
   }
 }
 
 TEST(RaysRenderer, DrawsTheSameFarFromTheOrigin) {
-  const DrawnScene scene = small_heap();
+  const DrawnScene scene = heap();
   const CameraKey camera = test::front_camera({0, 1, 0}, 5);
   const RenderSettings settings{.size = {120, 80}, .rays = {.samples = 2, .shutter = 0.5}};
   const auto picture = [&](const Vec3& place) {
@@ -304,7 +304,7 @@ TEST(RaysRenderer, DrawsTheSameFarFromTheOrigin) {
 }
 
 TEST(RaysRenderer, DrawsAFrameTheSameWhateverItDrewBefore) {
-  const DrawnScene scene = small_heap();
+  const DrawnScene scene = heap();
   DrawnScene other = scene;
   for (size_t i = 1; i < other.frame.position.size(); ++i) {
     other.frame.position[i].x() += 0.3f;
@@ -333,7 +333,7 @@ TEST(RaysRenderer, DrawsAFrameTheSameWhateverItDrewBefore) {
 }
 
 TEST(Film, GoesOnWhereItEnded) {
-  const DrawnScene scene = small_heap();
+  const DrawnScene scene = heap();
   const Traced traced(scene, test::front_camera({0, 1, 0}, 5), 50, 30);
   const std::vector<RayMaterial> materials(scene.header.body_count());
   PathScene paths{.scene = &traced.rays, .materials = materials, .frame = 9};
@@ -447,7 +447,7 @@ TEST(RaysRenderer, LooksOutOfABodyThatItsEyeIsIn) {
 }
 
 TEST(RaysRenderer, DrawsASinglePixelAndASceneWithNothingInIt) {
-  EXPECT_EQ(draw(small_heap(), {}, {1, 1}).rgb.size(), 3u);
+  EXPECT_EQ(draw(heap(), {}, {1, 1}).rgb.size(), 3u);
   DrawnScene empty;
   empty.frame.state[0] = 0;
   const Image sky = draw(empty, {.samples = 1}, {17, 3});
@@ -521,7 +521,7 @@ TEST(Lens, KeepsWhatIsInFocusSharpAndBlursTheRest) {
 }
 
 TEST(Denoiser, BringsAPictureOfFewSamplesNearerToOneOfMany) {
-  const DrawnScene scene = small_heap();
+  const DrawnScene scene = heap();
   const auto error = [](const Image& a, const Image& b) {
     double sum = 0;
     for (size_t i = 0; i < a.rgb.size(); ++i) sum += std::pow(a.rgb[i] - b.rgb[i], 2);
