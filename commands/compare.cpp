@@ -34,6 +34,7 @@ void compare(CompareArguments& options) {
   job.program = "/proc/self/exe";
   job.force = options.run.force;
   job.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
+  if (!options.run.quiet) job.warn = warn;
   const ComparisonSummary summary = run_comparison(job);
   if (options.run.quiet) return;
   for (const std::string& line : summary.warnings) warn(line);

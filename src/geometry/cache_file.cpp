@@ -1,9 +1,13 @@
 #include "geometry/cache_file.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <span>
@@ -12,6 +16,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/interrupt.h"
 #include "json/cbor.h"
 
 namespace pilesim {
@@ -94,6 +99,37 @@ void CacheFile::store(const json& content) const {
     problem.remedy = "Make room there, or name another place for the cache in XDG_CACHE_HOME";
     throw Error(error.kind(), std::move(problem));
   }
+}
+
+CacheLock::CacheLock(const CacheFile& file, const std::function<void()>& before_waiting)
+    : path_(file.path().string() + ".lock") {
+  constexpr useconds_t kPause = 20'000;
+  for (bool waits = false;;) {
+    if (descriptor_ < 0) descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) return;
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
+      struct stat status {};
+      // The other has removed the file with its lock: the next one makes another.
+      if (fstat(descriptor_, &status) == 0 && status.st_nlink == 0) {
+        close(std::exchange(descriptor_, -1));
+        continue;
+      }
+      return;
+    }
+    if (errno != EWOULDBLOCK) return;
+    if (!std::exchange(waits, true)) before_waiting();
+    if (interrupted()) {
+      close(std::exchange(descriptor_, -1));
+      throw Error(ErrorKind::interrupted, {.found = "interrupted while it waited"});
+    }
+    usleep(kPause);
+  }
+}
+
+CacheLock::~CacheLock() {
+  if (descriptor_ < 0) return;
+  unlink(path_.c_str());
+  close(descriptor_);
 }
 
 void add_mesh(Hasher& key, const TriangleMesh& mesh) {

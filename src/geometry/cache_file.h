@@ -35,6 +35,21 @@ class CacheFile {
   std::filesystem::path file_;
 };
 
+// Held by one process at a time: what is missing is computed once. Ends with the process, however
+// that ends; where the file system has no locks, all hold it.
+class CacheLock {
+ public:
+  // Waits for the other that holds it, after a call of `before_waiting`. Throws Error(interrupted).
+  CacheLock(const CacheFile& file, const std::function<void()>& before_waiting);
+  ~CacheLock();
+  CacheLock(const CacheLock&) = delete;
+  CacheLock& operator=(const CacheLock&) = delete;
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
 // The vertices, triangles and groups of a mesh, for a key.
 void add_mesh(Hasher& key, const TriangleMesh& mesh);
 

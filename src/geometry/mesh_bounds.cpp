@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-constexpr std::string_view kBlank = " \t\r";
+constexpr std::string_view kGaps = " \t\r";
 
 std::string too_many_faces() { return "has more than " + std::to_string(kMostFaces) + " faces"; }
 
@@ -25,7 +25,7 @@ uint64_t words_of(std::string_view line) {
   uint64_t words = 0;
   bool is_within = false;
   for (const char c : line) {
-    const bool is_blank = c == '\n' || c == '\\' || kBlank.find(c) != kBlank.npos;
+    const bool is_blank = c == '\n' || c == '\\' || kGaps.find(c) != kGaps.npos;
     if (!is_blank && !is_within) ++words;
     is_within = !is_blank;
   }
@@ -35,10 +35,10 @@ uint64_t words_of(std::string_view line) {
 std::string fault_of_obj(std::string_view text) {
   FaceBudget budget;
   for (size_t at = 0; at < text.size();) {
-    const size_t first = std::min(text.find_first_not_of(kBlank, at), text.size());
+    const size_t first = std::min(text.find_first_not_of(kGaps, at), text.size());
     const size_t end = line_end(text, first);
     const bool is_face =
-        first + 1 < end && text[first] == 'f' && kBlank.find(text[first + 1]) != kBlank.npos;
+        first + 1 < end && text[first] == 'f' && kGaps.find(text[first + 1]) != kGaps.npos;
     if (is_face) {
       std::string fault = budget.take(words_of(text.substr(first + 1, end - first - 1)));
       if (!fault.empty()) return fault;
@@ -71,7 +71,7 @@ std::string fault_of_ply(std::string_view bytes) {
   constexpr std::string_view kElement = "element face";
   const std::string_view head = bytes.substr(0, bytes.find("end_header"));
   for (size_t at = head.find(kElement); at != head.npos; at = head.find(kElement, at)) {
-    at = std::min(head.size(), head.find_first_not_of(kBlank, at + kElement.size()));
+    at = std::min(head.size(), head.find_first_not_of(kGaps, at + kElement.size()));
     uint64_t faces = 0;
     std::from_chars(head.data() + at, head.data() + head.size(), faces);
     if (faces > kMostFaces) return too_many_faces();

@@ -342,7 +342,7 @@ TriangleMesh unpack(std::string_view bytes) {
 // Fault of the head of a PLY file that assimp would read for ever, or nearly so: no line ends it,
 // or it has more elements than there are bytes. Empty for others.
 std::string fault_of_ply_head(std::string_view bytes) {
-  constexpr std::string_view kBlank = " \t", kLineEnd = "\r\n";
+  constexpr std::string_view kSpaces = " \t", kLineEnd = "\r\n";
   const auto is_magic = [](char letter, char magic) { return (letter | 0x20) == magic; };
   if (!std::ranges::equal(bytes.substr(0, 3), std::string_view("ply"), is_magic)) return {};
   for (size_t at = 0; at < bytes.size();) {
@@ -350,8 +350,8 @@ std::string fault_of_ply_head(std::string_view bytes) {
     std::string_view line = bytes.substr(at, end - at);
     at = end + 1;
     const auto next_word = [&] {
-      line.remove_prefix(std::min(line.size(), line.find_first_not_of(kBlank)));
-      const std::string_view word = line.substr(0, line.find_first_of(kBlank));
+      line.remove_prefix(std::min(line.size(), line.find_first_not_of(kSpaces)));
+      const std::string_view word = line.substr(0, line.find_first_of(kSpaces));
       line.remove_prefix(word.size());
       return word;
     };

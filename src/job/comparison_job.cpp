@@ -89,12 +89,12 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
 // Throws errors that the run would throw at its start, such as a mode with another mesh's
 // signature. Measures the signatures that the run needs, so that each run finds them in the cache.
 // If there is no cache, the returned text says so.
-std::string require_simulator(const Scene& scene, ProgressMode progress) {
+std::string require_simulator(const Scene& scene, const ComparisonJob& job) {
   Model model = build_model(scene);
   fill_guide(scene, model);
   std::string unkept = describe_unkept_signatures(scene, model);
   if (unkept.empty()) {
-    measure_signatures(scene, model, progress);
+    measure_signatures(scene, model, {.progress = job.progress, .say = job.warn});
   } else {
     find_signatures(scene, model);
   }
@@ -150,8 +150,8 @@ Plan make_plan(const ComparisonJob& job) {
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
       // Each seed may sample other materials; only the impulse mode needs no signatures for them.
       if (i == 0 || loaded.scene.simulator.mode != SimulatorMode::impulse) {
-        std::string unkept = naming(job.scene_file.string(),
-                                    [&] { return require_simulator(loaded.scene, job.progress); });
+        std::string unkept =
+            naming(job.scene_file.string(), [&] { return require_simulator(loaded.scene, job); });
         if (!unkept.empty()) plan.warning = std::move(unkept);
       }
       run.key = run_key(program_hash, loaded);

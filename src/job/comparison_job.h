@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct ComparisonJob {
   int times = 5;          // >= 1: moments at which distributions are compared
   bool force = false;     // replace an earlier comparison
   bool resume = false;    // keep the runs that an earlier comparison finished
+  // Called when it waits for a signature that another run measures.
+  std::function<void(const std::string&)> warn;
   ProgressMode progress = ProgressMode::automatic;
 };
 

@@ -159,12 +159,36 @@ std::string stage_of(const std::string& shape, const char* stage) {
   throw Error(error.kind(), std::move(problems));
 }
 
+struct Missing {
+  MeasuredObject object;
+  std::string key;
+};
+
+// Measured by this process, or by another one that measures it at the moment. Adds the time of a
+// measurement to `measuring_s`.
+std::shared_ptr<const Signature> measured(const Missing& missing, const MeasureSettings& settings,
+                                          double& measuring_s) {
+  const auto& [object, key] = missing;
+  const std::optional<CacheFile> file = cache_file(key);
+  std::optional<CacheLock> lock;
+  if (file) {
+    lock.emplace(*file, [&] {
+      if (!settings.say) return;
+      settings.say("another run of pilesim measures the signature of " + object.shape.name +
+                   ": this one waits for it");
+    });
+    if (auto signature = cached(file)) return signature;
+  }
+  const Stopwatch watch;
+  const json document = signature_document(settings.measure(object, settings.progress));
+  if (file) file->store(document);
+  measuring_s += watch.seconds();
+  // Round numbers as a file would.
+  return std::make_shared<const Signature>(signature_of(document));
+}
+
 // Uses the cache, and calls `measure`, if set, for missing signatures; returns the time for that.
-double fill(const Scene& scene, Model& model, ProgressMode progress, const MeasureObject& measure) {
-  struct Missing {
-    MeasuredObject object;
-    std::string key;
-  };
+double fill(const Scene& scene, Model& model, const MeasureSettings& settings) {
   std::vector<Missing> missing;
   std::map<std::string, std::shared_ptr<const Signature>> known;  // by key: materials may be equal
   std::map<ObjectKey, std::string> keys;
@@ -185,22 +209,19 @@ double fill(const Scene& scene, Model& model, ProgressMode progress, const Measu
     }
   };
   put();
-  if (missing.empty() || !measure) return 0;
+  if (missing.empty() || !settings.measure) return 0;
   // The mode checks the scene before any measurement.
   make_simulator(scene, model);
-  const Stopwatch watch;
-  for (const auto& [object, key] : missing) {
+  double measuring_s = 0;
+  for (const Missing& one : missing) {
     try {
-      const json document = signature_document(measure(object, progress));
-      // Round numbers as a file would.
-      known[key] = std::make_shared<const Signature>(signature_of(document));
-      if (const auto file = cache_file(key)) file->store(document);
+      known[one.key] = measured(one, settings, measuring_s);
     } catch (const Error& error) {
-      rethrow_at(shape_pointer(object.shape.source), error);
+      rethrow_at(shape_pointer(one.object.shape.source), error);
     }
   }
   put();
-  return watch.seconds();
+  return measuring_s;
 }
 
 }  // namespace
@@ -229,14 +250,11 @@ Signature measure_object(const MeasuredObject& object, ProgressMode progress) {
   return signature;
 }
 
-double measure_signatures(const Scene& scene, Model& model, ProgressMode progress,
-                          const MeasureObject& measure) {
-  return fill(scene, model, progress, measure);
+double measure_signatures(const Scene& scene, Model& model, const MeasureSettings& settings) {
+  return fill(scene, model, settings);
 }
 
-void find_signatures(const Scene& scene, Model& model) {
-  fill(scene, model, ProgressMode::none, {});
-}
+void find_signatures(const Scene& scene, Model& model) { fill(scene, model, {.measure = {}}); }
 
 std::string describe_unkept_signatures(const Scene& scene, const Model& model) {
   if (user_cache_directory() || objects_to_measure(scene, model).empty()) return {};

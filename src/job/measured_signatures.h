@@ -26,17 +26,22 @@ struct MeasuredObject {
 // after Ctrl-C.
 Signature measure_object(const MeasuredObject& object, ProgressMode progress);
 
-using MeasureObject = std::function<Signature(const MeasuredObject&, ProgressMode)>;
+struct MeasureSettings {
+  ProgressMode progress = ProgressMode::none;
+  // Called with a line for people before it waits for another process; empty: nobody is told.
+  std::function<void(const std::string&)> say = {};
+  std::function<Signature(const MeasuredObject&, ProgressMode)> measure = measure_object;
+};
 
 // Puts into `model` the signatures that its bodies need in the scene's mode and that no shape
 // names. They come from the cache, or are measured with the object's geometry and material. A
 // cached signature was measured by the same program, so the result does not depend on the cache;
-// damaged files are replaced. `model` must be ready to be simulated, with its guide filled. Returns
-// the wall time of the measurements, s; 0 if there were none. Throws Error(input) naming the
-// shape's JSON pointer if an object cannot be measured, and for scenes that the mode rejects;
-// Error(io) if the cache cannot be written; Error(interrupted) after Ctrl-C.
-double measure_signatures(const Scene& scene, Model& model, ProgressMode progress,
-                          const MeasureObject& measure = measure_object);
+// damaged files are replaced. Of processes that need the same one at once, the first measures it
+// and the others wait. `model` must be ready to be simulated, with its guide filled. Returns the
+// wall time of the measurements, s; 0 if there were none. Throws Error(input) naming the shape's
+// JSON pointer if an object cannot be measured, and for scenes that the mode rejects; Error(io) if
+// the cache cannot be written; Error(interrupted) after Ctrl-C.
+double measure_signatures(const Scene& scene, Model& model, const MeasureSettings& settings);
 
 // The same without measurements: missing signatures are null in `model`. A simulator can then be
 // made, but not stepped.

@@ -278,8 +278,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     if (job.warn) job.warn(line);
   }
   if (checkpoint && checkpoint->is_done()) return nothing_left(job, scene);
-  report.signatures_s =
-      naming(scene_file, [&] { return measure_signatures(scene, model, job.progress); });
+  report.signatures_s = naming(scene_file, [&] {
+    return measure_signatures(scene, model, {.progress = job.progress, .say = job.warn});
+  });
   const std::unique_ptr<Simulator> simulator =
       naming(scene_file, [&] { return prepared.direction->make_simulator(); });
   report.signatures = simulator->signatures();

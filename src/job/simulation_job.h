@@ -28,7 +28,7 @@ struct SimulationJob {
   std::optional<uint64_t> take;    // with `from`: job/last_state.h
   std::vector<QualityGate> gates;  // limits for the final pile
   uint64_t inspect_every = 0;      // frames between inspections of the pile; 0: only at the end
-  // Called before frame 0 with bodies that start inside others.
+  // Called before frame 0 with bodies that start inside others, or when it waits for another run.
   std::function<void(const std::string&)> warn;
   ProgressMode progress = ProgressMode::automatic;
   bool direct_piles = false;  // by the scene's guide, or the angles of repose of its piles

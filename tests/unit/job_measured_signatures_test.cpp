@@ -3,17 +3,24 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel_for.h"
+#include "geometry/cache_file.h"
 #include "geometry/convex_hull.h"
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
@@ -66,15 +73,17 @@ class MeasuredSignatures : public testing::Test {
   int measure() {
     model_ = build_model(scene_);
     int count = 0;
-    measure_signatures(scene_, model_, ProgressMode::none,
-                       [&](const MeasuredObject& object, ProgressMode) {
+    measure_signatures(scene_, model_, {.measure = [&](const MeasuredObject& object, ProgressMode) {
                          ++count;
-                         return test::coarse_signature({.name = object.shape.name,
-                                                        .hull = convex_hull(object.solid.vertices),
-                                                        .mass = object.shape.mass},
-                                                       object.material);
-                       });
+                         return coarse(object);
+                       }});
     return count;
+  }
+  static Signature coarse(const MeasuredObject& object) {
+    return test::coarse_signature({.name = object.shape.name,
+                                   .hull = convex_hull(object.solid.vertices),
+                                   .mass = object.shape.mass},
+                                  object.material);
   }
   std::vector<std::vector<uint8_t>> measured() const {
     std::vector<std::vector<uint8_t>> bytes;
@@ -160,6 +169,71 @@ TEST_F(MeasuredSignatures, OfAnotherSizeAreScaled) {
   EXPECT_EQ(twice.responses.mean, own.responses.mean);
 }
 
+// The first one measures until the second one says that it waits.
+TEST_F(MeasuredSignatures, AreMeasuredByOneOfTwoRunsAtOnce) {
+  std::promise<void> begun, waits;
+  std::jthread first([&] {
+    Model model = build_model(scene_);
+    measure_signatures(scene_, model, {.measure = [&](const MeasuredObject& object, ProgressMode) {
+                         begun.set_value();
+                         waits.get_future().wait();
+                         return coarse(object);
+                       }});
+  });
+  begun.get_future().wait();
+  model_ = build_model(scene_);
+  int count = 0;
+  std::vector<std::string> said;
+  const double took_s = measure_signatures(scene_, model_,
+                                           {.say =
+                                                [&](const std::string& line) {
+                                                  said.push_back(line);
+                                                  waits.set_value();
+                                                },
+                                            .measure =
+                                                [&](const MeasuredObject& object, ProgressMode) {
+                                                  // Else the first one would wait for ever.
+                                                  if (said.empty()) waits.set_value();
+                                                  ++count;
+                                                  return coarse(object);
+                                                }});
+  first.join();
+  EXPECT_EQ(count, 0);
+  EXPECT_EQ(took_s, 0);
+  EXPECT_THAT(said, ElementsAre(HasSubstr("measures the signature of brick")));
+  EXPECT_NE(model_.signatures.begin()->second, nullptr);
+  EXPECT_EQ(measure(), 0);
+  // Nothing but the signature is left.
+  EXPECT_THAT(cached(), SizeIs(1));
+}
+
+// A process that is killed leaves a lock file behind, which holds nobody up.
+TEST_F(MeasuredSignatures, AreNotLockedByARunThatWasKilled) {
+  const CacheFile file(directory_.path(), "signature", "0");
+  std::array<int, 2> pipe_ends{};
+  ASSERT_EQ(pipe(pipe_ends.data()), 0);
+  const pid_t other = fork();
+  if (other == 0) {
+    const CacheLock lock(file, [] {});
+    if (write(pipe_ends[1], "", 1) == 1) pause();
+    _exit(1);
+  }
+  char byte = 0;
+  ASSERT_EQ(read(pipe_ends[0], &byte, 1), 1);
+  int waits = 0;
+  const auto before_waiting = [&] {
+    ++waits;
+    kill(other, SIGKILL);
+    waitpid(other, nullptr, 0);
+  };
+  { const CacheLock lock(file, before_waiting); }
+  EXPECT_EQ(waits, 1);
+  { const CacheLock lock(file, before_waiting); }
+  EXPECT_EQ(waits, 1);
+  EXPECT_THAT(cached(), IsEmpty());
+  for (const int end : pipe_ends) close(end);
+}
+
 // The solid of a mesh is measured and identifies it in the cache, wherever its file is.
 TEST_F(MeasuredSignatures, OfMeshesFollowFromTheMesh) {
   write_obj(box_mesh({0.2, 0.1, 0.3}), directory_ / "brick.obj");
@@ -198,10 +272,10 @@ TEST_F(MeasuredSignatures, NameTheShapeThatCannotBeMeasured) {
   model_ = build_model(scene_);
   const auto fault_of = [&](ErrorKind kind) {
     try {
-      measure_signatures(scene_, model_, ProgressMode::none,
-                         [&](const MeasuredObject&, ProgressMode) -> Signature {
+      measure_signatures(scene_, model_,
+                         {.measure = [&](const MeasuredObject&, ProgressMode) -> Signature {
                            throw Error(kind, {.found = "it is flat"});
-                         });
+                         }});
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), kind);
       return error.problems().at(0);
