@@ -56,7 +56,7 @@ std::vector<ObservedRest> drop(const SampleSignatureArguments& options, const Tr
   return std::move(drops.rests);
 }
 
-// Errors of meshes that enclose nothing name keys of a scene: here they are options.
+// Errors of meshes that enclose nothing name keys of a scene: without one they are options.
 SignatureRun with_solid_options_named(const std::function<SignatureRun()>& work) {
   try {
     return work();
@@ -103,7 +103,8 @@ void sample(SampleSignatureArguments& options) {
   if (options.rest_drops > 0) {
     s.drop_to_rest = [&](const TriangleMesh& mesh) { return drop(options, mesh); };
   }
-  SignatureRun run = with_solid_options_named([&] { return sample_signature(s); });
+  const auto work = [&] { return sample_signature(s); };
+  SignatureRun run = options.scene.empty() ? with_solid_options_named(work) : work();
   const Stopwatch watch;
   if (options.pours > 0) {
     run.signature.packing =

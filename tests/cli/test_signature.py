@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import signal
 import unittest
 
@@ -117,6 +118,23 @@ class SampleSignature(CommandTest):
         self.assertIn("(--thickness), or --solid hull takes its convex hull", result.stderr)
         self.succeed("sample-signature", "sheet.obj", "-o", "hull.sig", "--solid", "hull", *quick)
         self.succeed("sample-signature", "sheet.obj", "-o", "thick.sig", "--thickness", "0.05", *quick)
+        # With a scene, which these options exclude, its keys are named.
+        scene = {"version": 1, "materials": {"oak": {}}, "shapes": {"sheet": {"type": "mesh", "file": "sheet.obj"}},
+                 "bodies": [{"shape": "sheet", "material": "oak"}]}
+        (self.dir / "scene.json").write_text(json.dumps(scene))
+        of_scene = ["--scene", "scene.json", "--shape", "sheet"]
+        result = self.expect_exit(3, "sample-signature", *of_scene, "-o", "a.sig", *quick)
+        self.assertIn('("thickness_m"), or "solid": "hull" takes its convex hull', result.stderr)
+        scene["shapes"]["sheet"]["solid"] = "hull"
+        (self.dir / "scene.json").write_text(json.dumps(scene))
+        self.succeed("sample-signature", *of_scene, "-o", "a.sig", *quick)
+        # A signature that a scene cannot take: the command to copy makes one, but for the number of pours.
+        scene["shapes"]["sheet"]["signature"] = "a.sig"
+        scene["simulator"] = {"mode": "statistical"}
+        (self.dir / "scene.json").write_text(json.dumps(scene))
+        advice = self.expect_exit(3, "validate", "scene.json").stderr
+        command = shlex.split(advice[advice.index("pilesim sample-signature"):].replace("SCENE", "scene.json"))
+        self.succeed(*command[1:], *quick)
         # The solid is made again as it was sampled.
         for name in ("hull", "thick"):
             self.succeed("inspect", f"{name}.sig", "--plot", f"{name}_plots", "--mesh", "sheet.obj")

@@ -403,8 +403,10 @@ TEST_F(Statistical, ASignatureThatDoesNotSayHowItsObjectPacksIsRefused) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
     EXPECT_THAT(error.what(),
                 HasSubstr("a signature that does not say how its object packs; expected one "
-                          "with a packing (pilesim inspect shows it). Measure it again with "
-                          "pilesim sample-signature, without --pours 0"));
+                          "with a packing (pilesim inspect shows it), made without --pours 0. "
+                          "Leave \"signature\" out, or measure it again: pilesim "
+                          "sample-signature --scene SCENE --shape ball -o " +
+                          file.string() + " --force"));
   }
 }
 

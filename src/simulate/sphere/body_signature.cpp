@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/text.h"
 #include "geometry/convex_hull.h"
 #include "model/model_shapes.h"
@@ -26,15 +27,16 @@ constexpr double kSameMaterial = 1e-3;
 constexpr double kLikeMoments = 1e-6;
 
 void check(const ModelShape& shape, const Material& material, const Signature& signature) {
-  const auto refuse = [&](const std::string& found, const std::string& expected,
-                          const std::string& remedy =
-                              "Measure one with pilesim sample-signature, with the shape's scale "
-                              "and the material's restitution and friction") {
-    throw Error(ErrorKind::input, {.file = shape.signature_file.string(),
-                                   .pointer = shape_pointer(shape.name) + "/signature",
-                                   .found = found,
-                                   .expected = expected,
-                                   .remedy = remedy});
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    throw Error(ErrorKind::input,
+                {.file = shape.signature_file.string(),
+                 .pointer = shape_pointer(shape.name) + "/signature",
+                 .found = found,
+                 .expected = expected,
+                 .remedy = "Leave \"signature\" out, or measure it again: pilesim sample-signature "
+                           "--scene SCENE --shape " +
+                           shell_word(shape.name) + " -o " +
+                           shell_word(shape.signature_file.string()) + " --force"});
   };
   if (signature.body.mesh_hash != shape.mesh_hash) {
     refuse("a signature of another mesh or scale (" + signature.body.mesh + ", scale " +
@@ -43,8 +45,7 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
   if (!signature.packing) {
     refuse("a signature that does not say how its object packs",
-           "one with a packing (pilesim inspect shows it)",
-           "Measure it again with pilesim sample-signature, without --pours 0");
+           "one with a packing (pilesim inspect shows it), made without --pours 0");
   }
   if (std::abs(signature.material.restitution - material.restitution) > kSameMaterial ||
       std::abs(signature.material.friction - material.friction) > kSameMaterial) {
