@@ -92,7 +92,7 @@ RunRecorder::RunRecorder(std::filesystem::path directory, std::filesystem::path 
     : directory_(std::move(directory)),
       scene_file_(std::move(scene_file)),
       key_(std::move(key)),
-      writer_(open_trajectory(directory_, header, progress.rows.size())),
+      writer_(open_trajectory(directory_ / "trajectory.zarr", header, progress.rows.size())),
       timing_(directory_ / "timing.csv"),
       pace_(checkpoint_period_s),
       progress_(std::move(progress)),

@@ -264,7 +264,7 @@ Codec<Finish> finish_codec() {
                "Leave overlaps of bodies that lie too deep in the pile to be seen."))}});
   Codec<Finish> codec;
   codec.expected = "true, false or " + settings.expected;
-  codec.schema = {{"anyOf", {boolean().schema, settings.schema}}};
+  codec.schema = {{"oneOf", {boolean().schema, settings.schema}}};
   codec.read = [settings](const Json& json, const Path& path, Finish& finish,
                           ReadContext& context) {
     if (json.is_boolean()) {
@@ -282,7 +282,7 @@ Codec<Finish> finish_codec() {
 
 // Left out of the resolved scene where the mode decides.
 Field<Scene> finish_field() {
-  Field<Scene> field = pilesim::field<Scene>(
+  Field<Scene> field = derived_field<Scene>(
       "finish", &Scene::finish, finish_codec(),
       "Take overlaps out of the pile at the end, with the exact engine. true, or an object of "
       "settings: always; false: never. Default: in the statistical and the mixed mode, unless the "
@@ -311,7 +311,7 @@ Codec<std::optional<double>> step_codec() {
   const Codec<double> seconds = number(between(1e-6, 1));
   Codec<std::optional<double>> codec;
   codec.expected = "\"auto\" or " + seconds.expected;
-  codec.schema = {{"anyOf", {{{"const", "auto"}}, seconds.schema}}};
+  codec.schema = {{"oneOf", {{{"const", "auto"}}, seconds.schema}}};
   codec.read = [seconds, expected = codec.expected](const Json& json, const Path& path,
                                                     std::optional<double>& value,
                                                     ReadContext& context) {
