@@ -36,7 +36,7 @@ struct MeasureSettings {
 // Puts into `model` the signatures that its bodies need in the scene's mode and that no shape
 // names. They come from the cache, or are measured with the object's geometry and material. A
 // cached signature was measured by the same program, so the result does not depend on the cache;
-// damaged files are replaced. Of processes that need the same one at once, the first measures it
+// damaged files are replaced. If several processes need the same one, the first measures it
 // and the others wait. `model` must be ready to be simulated, with its guide filled. Returns the
 // wall time of the measurements, s; 0 if there were none. Throws Error(input) naming the shape's
 // JSON pointer if an object cannot be measured, and for scenes that the mode rejects; Error(io) if

@@ -18,7 +18,7 @@
 
 namespace pilesim {
 
-// What varies over a surface (shaders/pattern.glsl). The numbers are those of files and shaders.
+// Variation over a surface (shaders/pattern.glsl). The numbers are those of files and shaders.
 enum class Pattern : uint8_t { none, checker, concrete, planks };
 
 // How a surface looks in pictures (scene/looks.h has some by name).

@@ -236,7 +236,7 @@ class View(CommandTest):
         page = self.page()
         for body, name in enumerate(page.names):
             self.assertEqual(page.pattern[body].tolist(), [3, 0.5] if name == "ground" else [0, 0.25])
-            # Of clear bodies the kind is 65 + 10 + roughness in ninths.
+            # The kind of clear bodies is 65 + 10 + roughness in ninths.
             self.assertEqual(page.surface[body, 3], 128 if name == "ground" else 80)
         light = page.about["light"]
         self.assertEqual(light["exposure"], 2)

@@ -86,8 +86,19 @@ TEST_F(PackingMeasurement, BodiesAloneGoTheirWays) {
   EXPECT_GT(figures.dropped, 0.1);
 }
 
-// A ball packs like itself, up to differences between the engines: loosely, like poured balls. It
-// rolls, so its heap is flat.
+// A single pour scatters by 0.02, so the mean of four is judged.
+TEST_F(PackingMeasurement, PouredBallsPackLoosely) {
+  take(sphere_mesh(0.05, 2));
+  const PourTrial trial(object(), PourKind::column);
+  double sum = 0;
+  for (const uint64_t seed : {1, 2, 3, 4}) {
+    const Model model = trial.starts(seed);
+    sum += trial.run(*make_simulator(trial.scene(), model)).fraction;
+  }
+  EXPECT_NEAR(sum / 4, 0.52, 0.08);
+}
+
+// A ball packs like itself, up to differences between the engines. It rolls, so its heap is flat.
 TEST_F(PackingMeasurement, ABallIsItsOwnSphereAtAnyNumberOfThreads) {
   take(sphere_mesh(0.05, 2));
   // From the faceted ball's volume, beyond which its corners reach.
@@ -96,7 +107,6 @@ TEST_F(PackingMeasurement, ABallIsItsOwnSphereAtAnyNumberOfThreads) {
   const Packing packing = measure();
   EXPECT_NEAR(packing.radius_m, own_m, 0.004);
   EXPECT_LT(packing.rolling, 0.05);
-  EXPECT_NEAR(packing.measured.column_fraction, 0.52, 0.08);
   EXPECT_NEAR(packing.spheres.column_height / packing.measured.column_height, 1, 0.07);
   set_thread_count(1);
   const Packing alone = measure();

@@ -333,7 +333,7 @@ class ClearInFront : public testing::Test {
   DrawnScene scene_;
 };
 
-// Of each ball as its colour is and what both surfaces let through, 12 / 13, by both renderers.
+// Each ball lets its colour through, and both its surfaces 12 / 13 of it, in both renderers.
 TEST_F(ClearInFront, LetsThroughTheProductOfTheColours) {
   const Colour red = {230, 120, 90}, green = {120, 220, 150};
   add_ball({0, 0, 2}, red);

@@ -37,7 +37,7 @@ TEST(Checker, HasSquaresOfItsLength) {
   }
 }
 
-// What a spot shows is the mean of what is in it.
+// A spot shows the mean of its area.
 TEST(Checker, IsFilteredByTheSpotsMean) {
   constexpr int kPoints = 64;
   for (const float width : {0.1f, 0.4f, 0.7f, 1.3f}) {

@@ -285,8 +285,8 @@ TEST_F(Skies, SpotsCastShadowsAwayFromThemselves) {
   }
 }
 
-// Of the light of a spot the ground has as much by both renderers: its radiance times its size by
-// its height, over pi.
+// A spot lights the ground by its radiance times its size and its height, over pi, in both
+// renderers.
 TEST_F(Skies, SpotsLightTheGroundByTheirSizeAndHeight) {
   const double elevation = 40, bright = 60;
   const fs::path file =

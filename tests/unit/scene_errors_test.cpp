@@ -48,7 +48,8 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "\"restitution\", \"friction\", \"density_kg_m3\", \"rolling_friction\", "
           "\"spinning_friction\", \"look\", \"colour\", \"roughness\", \"clear_coat\", "
           "\"metallic\", "
-          "\"transmission\", \"emission\". Did you mean \"density_kg_m3\"?",
+          "\"transmission\", \"emission\", \"pattern\", \"pattern_m\". Did you mean "
+          "\"density_kg_m3\"?",
           "s.json:4:30: /materials/tin/density_kg_m3: is -3; expected a number of at least 0.001",
           "s.json:6:28: /shapes/b/type: is \"bx\"; expected one of \"mesh\", \"box\", \"sphere\", "
           "\"cylinder\", \"cone\", \"capsule\", \"torus\", \"tube\", \"wedge\", \"text\", "
