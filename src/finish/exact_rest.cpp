@@ -177,14 +177,14 @@ FrameStatistics ExactRest::step() {
 void ExactRest::part() {
   stop_all();
   ++state_.parting_steps;
-  if (state_.parting_steps % kPartingRound != 0) return;
+  if (state_.parting_steps < kPartingSteps || state_.parting_steps % kPartingRound != 0) return;
   engine_->read_contacts(contacts_);
   Marks pressed;
-  if (state_.parting_steps >= kPartingSteps / 2) pressed = let_go();
+  if (state_.parting_steps >= kPartingSteps + kMorePartingSteps / 2) pressed = let_go();
   const Marks penetrating = this->penetrating();
   const size_t count = count_of(penetrating);
   state_.penetrating.note(count);
-  const bool is_late = state_.parting_steps >= kPartingSteps;
+  const bool is_late = state_.parting_steps >= kPartingSteps + kMorePartingSteps;
   state_.is_parted = count == 0 || (is_late && state_.penetrating.since >= kStalledRounds);
   if (state_.is_parted) {
     state_.penetrating = {};

@@ -11,12 +11,14 @@ namespace pilesim::finish_constants {
 
 // In one step the engine, which removes overlaps at a bounded speed, may move bodies this far, r.
 inline constexpr double kPartingWay = 0.15;
-// Steps come in rounds of kPartingRound. The first solves all bodies, each later one those near
-// bodies that still penetrate. After kPartingSteps parting ends when the number of these has not
-// fallen for kStalledRounds rounds.
-inline constexpr int kPartingRound = 6;
-inline constexpr int kPartingSteps = 96;
+// Steps of all bodies. With fewer, bodies in the middle of a large pile keep penetrating.
+inline constexpr int kPartingSteps = 24;
+// Then this number of steps for bodies near those that still penetrate, and more while their number
+// falls. These steps come in rounds, each of which chooses its bodies again. Parting ends when the
+// number has not fallen for kStalledRounds rounds of kPartingRound steps.
+inline constexpr int kMorePartingSteps = 72;
 inline constexpr int kStalledRounds = 4;
+inline constexpr int kPartingRound = 6;
 // At the end of each round penetrating bodies are moved apart by this share of their depth.
 // Otherwise some pairs of bodies with several pieces, which contradict each other, would remain. A
 // half does not always suffice.

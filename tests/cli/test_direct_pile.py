@@ -40,13 +40,13 @@ class Guides(CommandTest):
         self.assertIn("guide: filled upside down; 12 of 12 bodies lie inside", result.stdout)
         figures = json.loads((self.dir / "out/report.json").read_text())["piles"]["guide"]
         self.assertEqual((figures["filling"]["dropped"], figures["filling"]["kept"]), (12, 12))
-        # Each of the 12 bodies leaves or stays by chance: .89 +- .1 inside over twelve seeds.
-        inside = [figures["bodies_inside"]]
-        for seed in ("2", "3", "4"):
-            self.succeed("direct-pile", self.filled(), "-o", seed, "--seed", seed)
-            report = json.loads((self.dir / seed / "report.json").read_text())
+        # Each of the 12 bodies leaves or stays by chance: .79 +- .14 inside over 24 runs, so .04 for a mean of twelve.
+        inside = []
+        for seed in range(1, 13):
+            self.succeed("direct-pile", self.filled(), "-o", "inside", "--seed", seed, "--no-picture", "--force")
+            report = json.loads((self.dir / "inside/report.json").read_text())
             inside.append(report["piles"]["guide"]["bodies_inside"])
-        self.assertGreater(sum(inside) / len(inside), 0.75)
+        self.assertGreater(sum(inside) / len(inside), 0.67)
         state = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")["state"]
         waiting = [sum(int(flags) & 8 == 8 for flags in state[frame]) for frame in (0, 10, 60)]
         self.assertEqual(waiting[0], 11)  # the first is released at the start
