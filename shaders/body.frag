@@ -4,7 +4,7 @@ flat in vec4 material;
 in vec2 uv;
 uniform sampler2D picture;  // linear when read
 
-// What a pixel covers of it: four places along the longer way, so that pictures that are stretched,
+// The mean over a pixel: four places along the longer way, so that pictures that are stretched,
 // or seen at a glancing angle, are not washed out. The driver's own filter for that is
 // many times as slow on small triangles (docs/lab/textures.md).
 vec3 shown() {

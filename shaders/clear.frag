@@ -28,7 +28,7 @@ void main() {
   vec3 light = mirrored * mirrored_light(reflect(-view, normal), gloss) +
                once * key * highlight * min(gloss.height, 50.0);
   vec3 albedo = material.rgb * material.rgb;
-  // Of a ball the mean way is two thirds of the longest one.
+  // The mean way through a ball is two thirds of the longest one.
   vec3 colour = chord > 0.0 ? pow(max(albedo, vec3(0.001)), vec3(1.5 * chord * within)) : albedo;
   sent = vec4(tone_mapped(exposure * light), 0.0);
   let_through = vec4((1.0 - mirrored) * colour, 1.0);

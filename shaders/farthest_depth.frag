@@ -1,4 +1,4 @@
-// Of all samples of a block of pixels, what lies farthest away.
+// The farthest depth of all samples of a block of pixels.
 #ifdef MULTISAMPLE
 uniform sampler2DMS depths;
 ivec2 depths_size() { return textureSize(depths); }

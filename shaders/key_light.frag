@@ -29,7 +29,7 @@ float interleaved_noise(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
 
-// Of a point at `depth`, where `offset` from it the map is looked up.
+// The depth of a point at `depth`, where `offset` from it the map is looked up.
 float compared_depth(float depth, vec2 slope, vec2 offset) {
   return min(depth + min(dot(slope, offset), 0.0), kDeepest);
 }
@@ -40,8 +40,8 @@ void main() {
   vec3 point = eye + away * (world_from_image * vec3(vec2(pixel) + first_sample, 1.0));
   vec3 normal = decode_normal(texelFetch(scene_normal, pixel, 0).rg);
   float texel = shadow_extent.x / float(textureSize(shadow_depth, 0).x);
-  // What casts may stand out of what is drawn: bodies are simplified, there by up to a texel and here
-  // by up to a pixel.
+  // Casters may stand out of the drawn bodies: both are simplified, there by up to a texel and here by
+  // up to a pixel.
   float kind = texelFetch(scene_material, pixel, 0).a;
   float lift = 1.2 * texel + (is_body(kind) ? away * length(world_from_image[0]) : 0.0);
   vec3 at = (shadow_from_world * vec4(point + normal * lift, 1.0)).xyz;

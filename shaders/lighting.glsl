@@ -37,14 +37,14 @@ vec3 from_about(vec3 direction, float roughness) {
 vec3 from_sides(vec3 normal) { return mix(bounce_radiance, sky_radiance, 0.5 + 0.5 * normal.y); }
 #endif
 
-// What lies over a surface's own colour. A highlight's power and its height, which keeps its sum;
+// The layer over a surface's own colour. A highlight's power and its height, which keeps its sum;
 // how sharply the surroundings are mirrored.
 struct Gloss {
   float strength, power, height, sharpness, clear_coat;
 };
 
-// Of bodies (surface.glsl). The power is that of microfacets of this roughness; at 1 none is left
-// that mirrors.
+// The gloss of bodies (surface.glsl). The power is that of microfacets of this roughness; at 1 none
+// is left that mirrors.
 Gloss gloss_of(float kind) {
   if (!is_body(kind)) return Gloss(0.0, 1.0, 0.0, 1.0, 0.0);
   // Clear bodies are polished; what sends light has the usual gloss.

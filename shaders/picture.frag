@@ -61,7 +61,7 @@ void main() {
   float ray_length = length(ray);
   ray /= ray_length;
 
-  // Most pixels show one surface in all samples. Of the driver's four, two are the first and the
+  // Most pixels show one surface in all samples. Two of the driver's four are the first and the
   // last, which lie opposite each other.
   int stride = samples == 2 ? 3 : 1;
   vec2 first = texelFetch(scene_normal, pixel, 0).rg;

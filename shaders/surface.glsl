@@ -1,4 +1,4 @@
-// What is kept of the surface in each sample, for the passes that light it. Lighting is dear and
+// The surface in each sample, kept for the passes that light it. Lighting is dear and
 // small triangles cover few samples each, so it waits until it is known what is seen.
 //   normal    octahedral (Meyer et al. 2010), to [0,1]^2
 //   material  square roots of linear red, green and blue; kind
@@ -14,7 +14,7 @@ vec2 fold(vec2 v) {
   return (1.0 - abs(v.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(v, vec2(0.0)));
 }
 
-// Of any vector but zero.
+// Takes any vector but zero.
 vec2 encode_normal(vec3 n) {
   n /= abs(n.x) + abs(n.y) + abs(n.z);
   return 0.5 + 0.5 * (n.z >= 0.0 ? n.xy : fold(n.xy));

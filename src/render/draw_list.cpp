@@ -12,7 +12,7 @@
 namespace pilesim {
 namespace {
 
-// The kinds of surface.glsl. Of bodies they begin here, painted or not, and go on by their gloss.
+// The kinds of surface.glsl. Those of bodies begin here, painted or not, and go on by their gloss.
 constexpr uint8_t kGround = 128, kPainted = 129, kOwn = 193, kPlainGloss = 62;
 constexpr uint8_t kBody = kOwn + kPlainGloss;
 // Kinds of metals, of clear bodies and of lamps.

@@ -152,7 +152,7 @@ class Side {
     }
     return renderer_->draw(drawn);
   }
-  // What a picture shows: one of the last three that were asked for.
+  // The frame that a picture shows: one of the last three that were asked for.
   const TrajectoryFrame& frame(uint64_t picture) {
     const uint64_t index = still_.value_or(picture);
     Kept& kept = kept_[index % kept_.size()];

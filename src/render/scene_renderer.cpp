@@ -100,7 +100,7 @@ struct Programs {
     return concatenate(
         {defines, "#define PATTERNED\n", shaders::surface_glsl, shaders::pattern_glsl, source});
   }
-  // What shaders of light need.
+  // Definitions for the shaders of light.
   static std::string lit(const Variant& of) {
     return concatenate({of.has_sky_map ? "#define SKY_MAP\n" : "", shaders::surface_glsl,
                         shaders::background_glsl, shaders::lighting_glsl, shaders::tone_glsl});
@@ -244,7 +244,7 @@ struct SceneRenderer::State {
   std::optional<Programs> programs;
   std::optional<Targets> targets;
   std::optional<ClearTargets> clear_targets;
-  // Of a sky from a file.
+  // From the sky's file, if there is one.
   RasterSky sky;
   size_t sky_plane = 0;  // body that is its ground; as many as there are: none
   std::optional<GlTexture> sky_seen, sky_light;

@@ -16,7 +16,7 @@ struct SkyImage {
 };
 
 // Throws Error(input) with the file where it is no such picture, is too large or is broken, and
-// Error(io) where it cannot be read. What is negative or not finite is 0.
+// Error(io) where it cannot be read. Values that are negative or not finite become 0.
 SkyImage read_sky(const std::filesystem::path& file);
 
 }  // namespace pilesim

@@ -10,7 +10,7 @@ namespace {
 constexpr float kFloatPi = static_cast<float>(kPi);
 // Pixels around of what lights surfaces: a third of a degree each, less than the sun's size.
 constexpr int kLightWidth = 1024;
-// What is more times as bright as the mean of all directions is the rasteriser's sun.
+// Directions that are more times as bright as the mean of all are the rasteriser's sun.
 constexpr float kSunTimesMean = 10;
 // Where a scene's own sun may be at least.
 const float kLowestSun = static_cast<float>(std::sin(radians(5)));

@@ -22,7 +22,7 @@ class SkyMap {
   // `turn`: Light::sky_turn; `factor` of all its light.
   SkyMap(SkyImage image, double turn, const Vec3f& factor);
 
-  // Of a unit, between pixels.
+  // Radiance along a unit direction, interpolated between pixels.
   Vec3f shown(const Vec3f& direction) const;
   // The radiance that surfaces are lit by: of pixels of a hundredth of a radian at least a few.
   Vec3f radiance(const Vec3f& direction) const {

@@ -323,7 +323,7 @@ class View(CommandTest):
         def near(scene):
             scene["emitters"] = []
             scene["bodies"] = scene["bodies"][:2]
-            scene["camera"] = {"position": [3, 1, 3], "target": [3, 1, 0]}
+            scene["camera"] = {"position": [3, 1, 1.6], "target": [3, 1, 0]}
 
         self.simulate_painted(near)
         head, _, faces = WEDGE_OBJ.partition("f ")
@@ -343,8 +343,8 @@ class View(CommandTest):
             gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, seen);
             let red = 0, blue = 0;
             for (let i = 0; i < seen.length; i += 4) {
-              if (seen[i] > 2 * seen[i + 2] + 20) ++red;
-              if (seen[i + 2] > 2 * seen[i] + 20) ++blue;
+              if (seen[i] > 1.5 * seen[i + 2] + 20) ++red;
+              if (seen[i + 2] > 1.5 * seen[i] + 20) ++blue;
             }
             document.documentElement.dataset.seen = red + " " + blue;
           }, 50)</script>"""

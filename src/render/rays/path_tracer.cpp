@@ -39,7 +39,7 @@ struct Path {
   bool sees_sun = false;      // and it went through them without being mirrored
   bool is_seen = true;        // what it meets is seen by the eye, also in mirrors
   uint32_t chances = 0;       // drawn so far
-  // Of the sky's light that it comes to: add_sky_samples() finds the rest.
+  // Its share of the sky's light; add_sky_samples() finds the rest.
   float sky_share = 1;
 };
 

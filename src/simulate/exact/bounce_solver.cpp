@@ -1,11 +1,11 @@
 // The part of the contact solver that solves impacts, before the substeps.
 //
 // Impacts come in rounds. In a round some pairs collide and part at the speed that their
-// restitution asks for. What they move presses on contacts that carry a load, or do not bounce:
-// these pass the impulse on, so that a box that falls on one that lies parts from it as it would
-// from the ground. What touches without a load is free to move; if it comes nearer now it collides
-// in the next round. So an impulse goes through a row of balls from one to the next, whether they
-// touch or there are gaps that a step jumps over.
+// restitution asks for. Bodies that they move press on contacts that carry a load, or do not
+// bounce: these pass the impulse on, so that a box that falls on one that lies parts from it as it
+// would from the ground. Bodies that touch without a load are free to move; if they come nearer now
+// they collide in the next round. So an impulse goes through a row of balls from one to the next,
+// whether they touch or there are gaps that a step jumps over.
 //
 // Gauss-Seidel sweeps alone need as many sweeps as the ratio of masses. So a sweep's change of the
 // impulses is but a direction: of what it and the step before it span, each island takes the

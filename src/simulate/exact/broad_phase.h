@@ -13,8 +13,8 @@
 
 namespace pilesim::exact {
 
-// A box and a ball that both hold a body; rounded outward from doubles, m. What is nearly round
-// meets half as many others by its ball, what is long by its box.
+// A box and a ball that both hold a body; rounded outward from doubles, m. Nearly round
+// bodies meet half as many others by their balls, long ones by their boxes.
 struct WideBox {
   static constexpr bool kStoredAsItLies = true;
   std::array<float, 3> low, high;

@@ -3,7 +3,7 @@
 // Solver2D 2024; Macklin et al., "Small Steps in Physics Simulation", 2019).
 //
 // Contacts that share no body are solved side by side in the lanes of a register; see
-// contact_blocks.cpp. What comes out does not depend on the number of threads.
+// contact_blocks.cpp. The result does not depend on the number of threads.
 #pragma once
 
 #include <array>
@@ -135,8 +135,8 @@ class ContactSolver {
   void solve(const SolverSettings& settings, std::vector<SolverBody>& bodies, size_t moving,
              std::span<const ContactRange> contacts, std::span<SolverJoint> joints);
 
-  // For the partner: of a body by its place, as the step would end. What it changes acts on the
-  // body all through the step.
+  // For the partner: a body by its place, as the step would end. Its changes act on the body all
+  // through the step.
   Vec3 velocity(uint32_t body) const;
   Vec3 spin(uint32_t body) const;
   void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);

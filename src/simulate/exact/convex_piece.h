@@ -53,8 +53,8 @@ class ConvexPiece {
   const std::vector<uint32_t>& loops() const { return loops_; }  // indices into vertices()
   const std::vector<Side>& sides() const { return sides_; }      // one for each of loops()
 
-  // The point of the core farthest along `direction`, of any length but 0, m. Of polytopes it is
-  // searched in floats: what it misses is below 1e-6 of the extent.
+  // The point of the core farthest along `direction`, of any length but 0, m. Polytopes are
+  // searched in floats: the error is below 1e-6 of the extent.
   Vec3 farthest(const Vec3& direction) const;
   uint32_t farthest_vertex(const Vec3& direction) const;  // of a polytope
   // The face whose normal is nearest to `direction`, unit; kNone: there are no faces.

@@ -241,8 +241,8 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
 }
 
 // A bounce reverses the speed of approach as it was before gravity, at the place where the body
-// is: with parabolic steps that keeps the energy. What would not outlive the step's gravity comes
-// to rest. What is not there yet keeps its speed until it is.
+// is: with parabolic steps that keeps the energy. A bounce that would not outlive the step's
+// gravity comes to rest. A body that is not there yet keeps its speed until it is.
 void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b,
                          std::span<Contact> contacts) const {
   if (contacts.empty()) return;

@@ -19,7 +19,7 @@ class NarrowPhase {
   void reload();  // the state is another
 
   // Finds the contacts of all pairs that `filter` lets touch (empty: all) in a step of `step_s`,
-  // and how they bounce. What turns on its way to a contact of this step is moved there.
+  // and how they bounce. Bodies that turn on their way to a contact of this step are moved there.
   void find(double step_s, const PairFilter& filter);
 
   // Lists touching() again, when pairs have come or gone since.

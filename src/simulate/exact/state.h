@@ -55,7 +55,7 @@ struct Joint {
   bool drives() const { return motor_most_nm > 0 && motor_rad_s != 0; }
 };
 
-// Pairs of bodies that stand still. What is found of them holds until one of the two moves, so that
+// Pairs of bodies that stand still. Their contacts hold until one of the two moves, so that
 // steps pass them by.
 struct RestingPairs {
   std::vector<Pair> pairs;        // by key
