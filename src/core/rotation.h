@@ -5,9 +5,9 @@
 
 namespace pilesim {
 
-// The least rotation that turns `from` to the direction of `to`, neither of them 0; of opposite
-// directions one of many. Out of line: Eigen's own instantiates a singular value decomposition,
-// five seconds of compiling in each file that calls it.
+// The least rotation that turns `from` to the direction of `to`, neither of them 0; one of many
+// between opposite directions. Eigen's own takes a singular value decomposition, which costs every
+// build ten seconds.
 Quat rotation_between(const Vec3& from, const Vec3& to);
 // In floats, by another name: expressions such as Vec3::UnitX() would fit both.
 Quatf float_rotation_between(const Vec3f& from, const Vec3f& to);

@@ -359,10 +359,13 @@ class ModelBuilder {
       model_.guide_fill = {first_body_[emitter.name].first, first_body_[emitter.name].second,
                            static_cast<uint32_t>(index), fills_as_mould(emitter)};
     }
-    if (emitter.until) {
-      model_.stops.push_back({{first_body_[emitter.name].first, first_body_[emitter.name].second},
-                              emitter.name,
-                              Bounds(emitter.until->min, emitter.until->max)});
+    if (emitter.until || emitter.end_s) {
+      EmitterStop& stop = model_.stops.emplace_back();
+      stop.first = first_body_[emitter.name].first;
+      stop.count = first_body_[emitter.name].second;
+      stop.emitter = emitter.name;
+      if (emitter.until) stop.full = Bounds(emitter.until->min, emitter.until->max);
+      stop.end_s = emitter.end_s;
     }
     for (size_t i = 0; i < emitted.size(); ++i) {
       const EmittedBody& start = emitted[i];

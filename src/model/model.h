@@ -122,10 +122,12 @@ struct GuideFill : BodyRange {
   bool is_mould = false;  // not upside down
 };
 
-// Bodies of an emitter that stops once a body rests with its centre in `full`.
+// Bodies of an emitter that stops once a body rests with its centre in `full` (m, world), or at
+// `end_s`: those that others have kept waiting until then do not come.
 struct EmitterStop : BodyRange {
   std::string emitter;
-  Bounds full;  // m, world
+  std::optional<Bounds> full;
+  std::optional<double> end_s;
 };
 
 // Two bodies that start inside one another.
@@ -156,7 +158,7 @@ struct Model {
   // Signatures of objects whose shape names no file, where the mode needs it; null: not measured
   // yet.
   std::map<ObjectKey, std::shared_ptr<const Signature>> signatures;
-  std::vector<EmitterStop> stops;  // of emitters that a region may stop
+  std::vector<EmitterStop> stops;  // of emitters that stop before all have come
 };
 
 // Joins the bodies a and b where they start, whatever `source` calls them; `b` may be

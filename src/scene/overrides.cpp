@@ -140,9 +140,17 @@ void check_is_named(const Override& change, const Json& document, const Json& ch
   if (entries != document.end() && entries->is_object()) {
     for (const auto& [name, entry] : entries->items()) names.insert(name);
   }
-  const bool is_variable = kind->noun == std::string("variable");
-  if (is_variable) add_variables_used(changed, names);
   const std::string& name = tokens[1];
+  const bool is_variable = kind->noun == std::string("variable");
+  if (is_variable) {
+    std::set<std::string> used;
+    add_variables_used(changed, used);
+    if (names.contains(name) && !used.contains(name)) {
+      throw refusal(change.place(), "nothing in the scene uses the variable \"" + name + '"',
+                    "a variable that a {\"var\": NAME} of the scene names");
+    }
+    names.merge(used);
+  }
   if (names.contains(name) || (!is_variable && has_text(changed, name))) return;
   const std::vector<std::string> known(names.begin(), names.end());
   throw refusal(

@@ -26,7 +26,7 @@ Lifecycle::Lifecycle(const Scene& scene, const Model& model)
       frame_rate_(scene.frame_rate),
       step_s_(scene.actual_step_s()),
       gravity_(scene.gravity) {
-  if (!model.stops.empty()) state_.resting.resize(model.bodies.size());
+  if (has_regions()) state_.resting.resize(model.bodies.size());
   state_.stopped.resize(model.stops.size());
   BodyStates& states = state_.bodies;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
@@ -90,13 +90,19 @@ bool Lifecycle::lies_in(const Bounds& region) const {
   return false;
 }
 
+bool Lifecycle::has_regions() const {
+  const auto has_region = [](const EmitterStop& stop) { return stop.full.has_value(); };
+  return std::ranges::any_of(model_.stops, has_region);
+}
+
 void Lifecycle::begin_frame() {
-  if (model_.stops.empty()) return;
+  if (!has_regions()) return;
   watch_rest();
   for (size_t i = 0; i < model_.stops.size(); ++i) {
     const EmitterStop& stop = model_.stops[i];
     const auto comes_of_it = [&](uint32_t body) { return stop.contains(body); };
-    if (std::ranges::none_of(state_.waiting, comes_of_it) || !lies_in(stop.full)) continue;
+    if (!stop.full || std::ranges::none_of(state_.waiting, comes_of_it)) continue;
+    if (!lies_in(*stop.full)) continue;
     state_.stopped[i] += std::erase_if(state_.waiting, comes_of_it);
   }
 }
@@ -109,14 +115,16 @@ void Lifecycle::bring_bodies(const LifeHandlers& handlers) {
     const uint32_t body = state_.waiting.back();
     state_.waiting.pop_back();
     if (waits_for_room(body)) {
+      const double late_s = time_s() - model_.bodies[body].start_s;
+      const bool is_late = late_s > (1 + kSameTime) * step_s_;
+      if (is_late && stops_by_time(body, now_s)) continue;
       if (!places) places.emplace(model_, *distances_, state_.bodies, handlers.pose);
       if (!places->is_clear(body)) {
         blocked.push_back(body);
         continue;
       }
       places->add(body);
-      const double late_s = time_s() - model_.bodies[body].start_s;
-      if (late_s > (1 + kSameTime) * step_s_) {
+      if (is_late) {
         ++state_.late;
         state_.latest_s = std::max(state_.latest_s, late_s);
       }
@@ -124,6 +132,16 @@ void Lifecycle::bring_bodies(const LifeHandlers& handlers) {
     appear(body, handlers);
   }
   state_.waiting.insert(state_.waiting.end(), blocked.rbegin(), blocked.rend());
+}
+
+bool Lifecycle::stops_by_time(uint32_t body, double now_s) {
+  for (size_t i = 0; i < model_.stops.size(); ++i) {
+    const EmitterStop& stop = model_.stops[i];
+    if (!stop.contains(body) || !stop.end_s || now_s < *stop.end_s) continue;
+    ++state_.stopped[i];
+    return true;
+  }
+  return false;
 }
 
 double Lifecycle::last_start_s() const {
@@ -146,7 +164,10 @@ std::vector<std::string> Lifecycle::stops() const {
   for (size_t i = 0; i < model_.stops.size(); ++i) {
     const EmitterStop& stop = model_.stops[i];
     if (state_.stopped[i] == 0) continue;
-    lines.push_back("'" + stop.emitter + "' stopped when its region was full: " +
+    const char* when = !stop.full    ? "at its end_s, with others in the place: "
+                       : !stop.end_s ? "when its region was full: "
+                                     : "when its region was full, or at its end_s: ";
+    lines.push_back("'" + stop.emitter + "' stopped " + when +
                     std::to_string(stop.count - state_.stopped[i]) + " of " +
                     counted(stop.count, "body", "bodies") + " came");
   }
@@ -254,7 +275,7 @@ void Lifecycle::load(StateReader& reader) {
     StateReader::require(size == count, "an entry for each body");
   }
   StateReader::require_below(state_.waiting, count);
-  StateReader::require(state_.resting.size() == (model_.stops.empty() ? 0 : count),
+  StateReader::require(state_.resting.size() == (has_regions() ? count : 0),
                        "an entry for each body where emitters stop");
   StateReader::require(state_.stopped.size() == model_.stops.size(), "an entry for each stop");
   StateReader::require(state_.next_event <= model_.events.size(), "an event of the scene");

@@ -63,7 +63,8 @@ class Lifecycle {
   // the end of the frame before.
   void begin_frame();
   // The bodies whose time has come appear, in order of time, then of index. After the start each
-  // waits until no other that moves is in its place; bodies that fill a guide do not.
+  // waits until no other that moves is in its place, at most until its emitter ends; bodies that
+  // fill a guide do not.
   void bring_bodies(const LifeHandlers& handlers);
   // The events whose time has come happen, in order. A body that is let go leaves, where it is
   // present, and comes again. One that is removed before it appears never will.
@@ -89,6 +90,8 @@ class Lifecycle {
   void load(StateReader& reader);
 
  private:
+  bool has_regions() const;
+  bool stops_by_time(uint32_t body, double now_s);
   void watch_rest();
   bool lies_in(const Bounds& region) const;
   std::vector<uint32_t> highest(uint32_t count, const LifeHandlers& handlers) const;

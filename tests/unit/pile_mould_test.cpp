@@ -31,13 +31,13 @@ TriangleMesh together(TriangleMesh mesh, const TriangleMesh& other) {
   return mesh;
 }
 
-// Cubes of 0.1 m for the guide.
+// Cubes for the guide.
 struct Moulded : SmallModel {
-  Moulded(TriangleMesh guide, uint32_t count) {
+  Moulded(TriangleMesh guide, uint32_t count, double size_m = 0.1) {
     scene.frame_rate = 60;
-    scene.step_s = 1.0 / 240;
+    scene.step_s.reset();
     scene.guide.emplace().file = "guide.obj";
-    const uint32_t wood = material(0.3, 0.5), cube = box(Vec3::Constant(0.1));
+    const uint32_t wood = material(0.3, 0.5), cube = box(Vec3::Constant(size_m));
     model.guide = std::move(guide);
     for (uint32_t i = 0; i < count; ++i) body(cube, wood, Vec3::Zero());
     model.guide_fill = {0, count, 0, true};
@@ -65,6 +65,12 @@ TEST(Mould, IsFilledToARandomPacking) {
   EXPECT_EQ(moulded.filling.kept, moulded.model.bodies.size());
   EXPECT_LT(moulded.outside(Bounds(Vec3::Constant(-0.3), Vec3::Constant(0.3))), 0.01);
   EXPECT_LT(moulded.filling.outside_m, 0.01);
+}
+
+TEST(Mould, OfMillimetresIsFilledAsOneOfMetres) {
+  const double large = Moulded(box_mesh({6, 6, 6}), 216, 1).filling.volume_share;
+  const double small = Moulded(box_mesh({0.012, 0.012, 0.012}), 216, 0.002).filling.volume_share;
+  EXPECT_NEAR(small, large, 0.06);
 }
 
 TEST(Mould, FillsEveryChamberOfAGuideWithoutALevelBase) {

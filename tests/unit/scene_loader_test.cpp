@@ -142,6 +142,9 @@ TEST(SceneLoader, OverridesOfNamesThatNothingHasAreRefused) {
   EXPECT_THAT(
       problems_of(whole, {time, "/shapes/bx/size=[2,2,2]"}),
       ElementsAre(StartsWith("--set /shapes/bx/size=[2,2,2]: the scene has no shape \"bx\"")));
+  EXPECT_THAT(problems_of(scene(R"("name": "n", "variables": {"n": 2})"), {"/variables/n=3"}),
+              ElementsAre("--set /variables/n=3: nothing in the scene uses the variable \"n\"; "
+                          "expected a variable that a {\"var\": NAME} of the scene names"));
   EXPECT_THAT(problems_of(scene(R"("name": "n")"), {"/variables/n=3"}),
               ElementsAre(EndsWith("expected a name from /variables, which is empty")));
   // A value that is named somewhere may come from the command line alone.

@@ -58,6 +58,37 @@ double highest_of(const BodyStates& states) {
   return highest_m;
 }
 
+// 40 balls a second at one place, where there is room for about 10 a second, for a second.
+TEST(EmitterEnd, ThoseThatOthersKeptWaitingDoNotCome) {
+  SmallModel small;
+  small.scene.duration_s = 100;
+  const uint32_t material = small.material(0, 0.3);
+  small.body(small.plane(), material, Vec3::Zero(), Role::fixed);
+  const uint32_t ball = small.sphere(kRadius);
+  small.model.shapes[ball].mesh = sphere_mesh(kRadius);
+  for (uint32_t i = 0; i < 40; ++i) {
+    ModelBody& body = small.body(ball, material, {0, 2, 0});
+    body.linear_velocity = {0, -1, 0};
+    body.start_s = i == 0 ? kFromTheStart : 0.025 * i;
+  }
+  EmitterStop& stop = small.model.stops.emplace_back();
+  stop.first = 1;
+  stop.count = 40;
+  stop.emitter = "nozzle";
+  stop.end_s = 1;
+  const auto simulator = make_simulator(small.scene, small.model);
+  // The last of those in time may wait for half a step after the end, no more.
+  const uint32_t came = run(*simulator, 61).bodies_present - 1;
+  EXPECT_GT(came, 10u);
+  EXPECT_LT(came, 30u);
+  EXPECT_EQ(run(*simulator, 120).bodies_present, came + 1);
+  EXPECT_EQ(simulator->life().stopped(), 40 - came);
+  EXPECT_THAT(simulator->life().stops(),
+              ElementsAre(HasSubstr("'nozzle' stopped at its end_s, with others in the place: " +
+                                    std::to_string(came) + " of 40 bodies came")));
+  EXPECT_THAT(simulator->notes(), ElementsAre(HasSubstr("appeared late")));
+}
+
 class FullRegion : public ::testing::TestWithParam<SimulatorMode> {
  protected:
   ~FullRegion() override { set_thread_count(available_threads()); }

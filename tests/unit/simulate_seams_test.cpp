@@ -245,6 +245,26 @@ TEST(Seams, OfClosedMeshesAreNotFelt) {
   }
 }
 
+// Meshes and boxes in turn, as thick as what crosses them, and thinner.
+TEST(Seams, OfThinTilesOfTwoKindsAreNotFelt) {
+  for (const double thick : {kSize, 0.5 * kSize}) {
+    SCOPED_TRACE(thick);
+    expect_level(
+        [thick](Smooth& m) {
+          const uint32_t tile = m.triangles(closed_box({0.5, thick, 0.5}, 1), false);
+          for (int i = 0; i < 35; ++i) {
+            const Vec3 at(0.5 * (i % 7 - 1), -thick / 2, 0.5 * (i / 7 - 2));
+            if (i % 2 == 0) {
+              m.body(tile, m.smooth, at, Role::fixed);
+            } else {
+              m.block({0.5, thick, 0.5}, at.x(), at.z());
+            }
+          }
+        },
+        {0, 0, 0.04}, {2, 0, 0});
+  }
+}
+
 // Wheels roll over them as over one surface.
 TEST(Seams, RollingBodiesKeepTheirSpeed) {
   for (const auto& [is_ball, is_mesh] :

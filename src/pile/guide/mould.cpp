@@ -78,7 +78,7 @@ Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
   unit_s_ = std::sqrt(radius_ / gravity);
   unit_speed_ = std::sqrt(radius_ * gravity);
   scene_.guide.reset();
-  scene_.step_s = kStep * scene.step_s.value_or(Scene::kFixedStep);
+  scene_.step_s = filling_step_s(scene, radius_);
   scene_.simulator.sleeping = false;
   world_.materials = model.materials;
   for (Material& material : world_.materials) material.restitution = 0;

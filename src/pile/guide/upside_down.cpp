@@ -102,7 +102,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_ = scene;
   upside_down_.gravity = -scene.gravity;
   upside_down_.guide.reset();
-  upside_down_.step_s = kStep * scene.step_s.value_or(Scene::kFixedStep);
+  upside_down_.step_s = filling_step_s(scene, radius_);
   upside_down_.simulator = {};
   dropped_.crowded = true;  // the filling sets its own interval
   dropped_.materials = model.materials;
@@ -304,6 +304,11 @@ GuideFilling fill_until_held(const Scene& scene, Model& model, const JudgeStart&
 }
 
 }  // namespace
+
+double filling_step_s(const Scene& scene, double radius_m) {
+  const double longest_s = kLongestStep * std::sqrt(radius_m / scene.gravity.norm());
+  return kStep * scene.step_s.value_or(std::min(Scene::kFixedStep, longest_s));
+}
 
 GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge) {
   if (!model.guide_fill) return {};

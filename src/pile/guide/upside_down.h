@@ -41,4 +41,7 @@ struct GuideFilling {
 using JudgeStart = std::function<GlueVerdict(const Scene&, const Model&)>;
 GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge = judge_start);
 
+// s: the step in which bodies of up to this bounding radius fill a guide.
+double filling_step_s(const Scene& scene, double radius_m);
+
 }  // namespace pilesim

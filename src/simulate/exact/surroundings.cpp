@@ -155,12 +155,24 @@ class Surroundings::Search {
     const double thick = surface.is_solid() ? small_m_ : tolerance_m_;
     const Vec3 around = Vec3::Constant(thick);
     const Bounds box(Vec3(at - around), Vec3(at + around));
+    found_.clear();
+    double highest_m = -kInfinite;
+    Vec3 nearest = Vec3::Zero();  // the normal of the face that is nearest to the point
     surface.tree().for_each_near(box, 0, [&](uint32_t place) {
       const TriangleSurface::Face face = surface.face(place);
       const double height = face.normal.dot(at - face.corners[0]);
       if (height > tolerance_m_ || height < -thick || !is_over(face, at)) return;
-      solids_.push_back({&thing, nullptr, face, surface.is_solid()});
+      found_.emplace_back(height, face);
+      if (height <= highest_m) return;
+      highest_m = height;
+      nearest = face.normal;
     });
+    // A point on the surface is not below its other faces, nor one inside below the far side.
+    const bool is_on_it = highest_m >= -tolerance_m_;
+    for (const auto& [height, face] : found_) {
+      if (is_on_it ? height < -tolerance_m_ : face.normal.dot(nearest) < 0) continue;
+      solids_.push_back({&thing, nullptr, face, surface.is_solid()});
+    }
   }
 
   bool is_over(const TriangleSurface::Face& face, const Vec3& point) const {
@@ -319,6 +331,7 @@ class Surroundings::Search {
   int side_;
   double small_m_, tolerance_m_;
   std::vector<Solid> solids_;
+  std::vector<std::pair<double, TriangleSurface::Face>> found_;  // height over it, m
   std::vector<Vec3> constraints_;
 };
 

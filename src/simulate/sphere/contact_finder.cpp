@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace pilesim {
 namespace {
@@ -272,14 +273,22 @@ void ContactFinder::find_surface_contacts(uint32_t p, float reach, std::span<con
     surfaces_.find(surface, probe, found);
   }
   bool touches = false;
+  float least_gap = std::numeric_limits<float>::infinity();
   for (const SurfaceContact& contact : found) {
     const PairMethod method = model_.method(index, contact.body);
     if (!by_spheres(method)) continue;
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     const uint32_t other = contact.body | kSurface;
-    const SurfaceFace face = !contact.face               ? SurfaceFace::none
-                             : contact.velocity.isZero() ? SurfaceFace::still
-                                                         : SurfaceFace::moving;
+    if (contact.normal.dot(model_.up) > kWall && contact.gap < least_gap) {
+      least_gap = contact.gap;
+      step_.ground_velocity[p] = contact.velocity;
+    }
+    // A belt runs, but its faces stay where they are.
+    const bool stands =
+        contact.velocity.isZero() || model_.model.bodies[contact.body].role == Role::fixed;
+    const SurfaceFace face = !contact.face ? SurfaceFace::none
+                             : stands      ? SurfaceFace::still
+                                           : SurfaceFace::moving;
     // Row 0 does not move.
     const auto row_of_surface = [&] {
       const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch_.fixed.size());

@@ -64,6 +64,7 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
     pushes->assign(count, 0.0F);
   }
   step.surface_normal.assign(count, Vec3f::UnitY());
+  step.ground_velocity.assign(count, Vec3f::Zero());
   step.centre.resize(count);
   step.motion.resize(count);
   step.shift.resize(count);
