@@ -107,8 +107,8 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   // A body that spins about the vertical tips over as well.
   const Vec3f& spin = step.motion[p].spin;
   const Vec3f rolling = spin - spin.dot(up) * up;
-  const float speed = (body.velocity - step.ground_velocity[p]).norm() +
-                      kind.object->gyration_m * rolling.norm();
+  const float speed =
+      (body.velocity - step.ground_velocity[p]).norm() + kind.object->gyration_m * rolling.norm();
   const DispatchTable* dispatch = model_.settings.dispatch;
   const bool controlled =
       (dispatch == nullptr || (dispatch->is_posed(step.body[p]) && !body.propped)) &&

@@ -113,8 +113,8 @@ struct SphereStep {
       collision_change;  // m/s, change of its velocity by a sampled collision with another body
   std::vector<Vec3f> surface_normal;
   std::vector<Vec3f> ground_velocity;  // m/s, by place: of the nearest surface below it, there
-  std::vector<KeptImpulse> kept;  // by touch, over all batches
-  std::vector<uint8_t> faced;     // by place: has face contact
+  std::vector<KeptImpulse> kept;       // by touch, over all batches
+  std::vector<uint8_t> faced;          // by place: has face contact
 
   // parallel_for, or a plain loop over [0, count) if there is little work.
   template <class Do>
