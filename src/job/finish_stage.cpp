@@ -34,7 +34,7 @@ void move_to(const fs::path& from, const fs::path& to) {
   if (fault) throw io_error(to.string(), "cannot be written", fault.value());
 }
 
-// Of the bodies. With more a pile still falls, and finishing would visibly cut it short.
+// A share of the bodies. With more a pile still falls, and finishing would visibly cut it short.
 constexpr double kMostMoving = 0.1;
 
 // Writes checkpoints of a pile on its way to rest; starts from an existing one.

@@ -164,9 +164,10 @@ std::vector<std::string> Lifecycle::stops() const {
   for (size_t i = 0; i < model_.stops.size(); ++i) {
     const EmitterStop& stop = model_.stops[i];
     if (state_.stopped[i] == 0) continue;
-    const char* when = !stop.full    ? "at its end_s, with others in the place: "
-                       : !stop.end_s ? "when its region was full: "
-                                     : "when its region was full, or at its end_s: ";
+    const bool has_ended = stop.end_s && time_s() >= *stop.end_s;
+    const char* when = !stop.full   ? "at its end_s, with others in the place: "
+                       : !has_ended ? "when its region was full: "
+                                    : "when its region was full, or at its end_s: ";
     lines.push_back("'" + stop.emitter + "' stopped " + when +
                     std::to_string(stop.count - state_.stopped[i]) + " of " +
                     counted(stop.count, "body", "bodies") + " came");
