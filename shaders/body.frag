@@ -6,7 +6,7 @@ uniform sampler2D picture;  // linear when read
 
 // The mean over a pixel: four places along the longer way, so that pictures that are stretched,
 // or seen at a glancing angle, are not washed out. The driver's own filter for that is
-// many times as slow on small triangles (docs/lab/textures.md).
+// many times as slow on small triangles (docs/lab/rendering.md).
 vec3 shown() {
   vec2 size = vec2(textureSize(picture, 0));
   vec2 across = dFdx(uv), up = dFdy(uv);

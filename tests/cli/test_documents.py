@@ -280,13 +280,26 @@ class CodeLanguage(unittest.TestCase):
             last = number
         return found
 
+    def files(self):
+        found = [file for folder in self.FOLDERS for file in sorted((SOURCE / folder).rglob("*")) if file.suffix in self.SUFFIXES]
+        self.assertGreater(len(found), 900)
+        return found
+
+    def test_pages_that_comments_name_exist(self):
+        missing = [
+            f"{file.relative_to(SOURCE)}:{line}: {page}"
+            for file in self.files()
+            for line, text in self.comments(file)
+            for page in re.findall(r"docs/[\w/]+\.md", text)
+            if not (SOURCE / page).exists()
+        ]
+        self.assertEqual(missing, [])
+
     def test_comments_are_in_plain_words(self):
-        files = [file for folder in self.FOLDERS for file in sorted((SOURCE / folder).rglob("*")) if file.suffix in self.SUFFIXES]
-        self.assertGreater(len(files), 900)
         wrong = rf"(?:^|[.!?] )(?:Of|What)\b.{{0,40}}|\b(?i:{self.WORDS})\b"
         found = [
             f"{file.relative_to(SOURCE)}:{line}: {match[0]}"
-            for file in files
+            for file in self.files()
             for line, text in self.comments(file)
             if (match := re.search(wrong, " ".join(text.split())))
         ]

@@ -343,8 +343,8 @@ class View(CommandTest):
             gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, seen);
             let red = 0, blue = 0;
             for (let i = 0; i < seen.length; i += 4) {
-              if (seen[i] > 1.5 * seen[i + 2] + 20) ++red;
-              if (seen[i + 2] > 1.5 * seen[i] + 20) ++blue;
+              if (seen[i] > 2 * seen[i + 2] + 20) ++red;
+              if (seen[i + 2] > 2 * seen[i] + 20) ++blue;
             }
             document.documentElement.dataset.seen = red + " " + blue;
           }, 50)</script>"""

@@ -112,7 +112,7 @@ struct SphereStep {
   std::vector<float>
       collision_change;  // m/s, change of its velocity by a sampled collision with another body
   std::vector<Vec3f> surface_normal;
-  std::vector<Vec3f> ground_velocity;  // m/s, by place: of the nearest surface below it, there
+  std::vector<Vec3f> ground_velocity;  // m/s, by place: where the nearest surface is below it
   std::vector<KeptImpulse> kept;       // by touch, over all batches
   std::vector<uint8_t> faced;          // by place: has face contact
 
