@@ -28,10 +28,19 @@ Codec<Hinge> hinge_codec() {
 
 Codec<SurfaceVelocity> surface_velocity_codec() {
   using S = SurfaceVelocity;
-  return object<S>({.noun = "a surface velocity",
-                    .fields = {field<S>("linear", &S::linear, vector3(), "m/s, own frame."),
-                               field<S>("angular", &S::angular, vector3(),
-                                        "rad/s, own frame, about the body's own origin.")}});
+  Codec<S> codec =
+      object<S>({.noun = "a surface velocity",
+                 .fields = {field<S>("linear", &S::linear, vector3(), "m/s, own frame."),
+                            field<S>("angular", &S::angular, vector3(),
+                                     "rad/s, own frame, about the body's own origin.")},
+                 .finish = [](const Json& json, const Path& path, S&, ReadContext& context) {
+                   if (!json.empty()) return;
+                   context.log.report(path, "is empty, so the surface stands still",
+                                      "\"linear\", \"angular\", or both",
+                                      R"(Add "linear": [x, y, z] in m/s, or take the key away)");
+                 }});
+  codec.schema["minProperties"] = 1;
+  return codec;
 }
 
 }  // namespace
