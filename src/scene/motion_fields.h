@@ -30,4 +30,12 @@ Fields<T> motion_fields(Access access, const std::string& what) {
   };
 }
 
+// Reports `interpolation` in an object that has no `motion`.
+inline void require_motion(const Json& json, const Path& path, ReadContext& context) {
+  if (!json.contains("interpolation") || json.contains("motion")) return;
+  context.log.report_key(path / "interpolation", R"(stands without "motion")",
+                         "this key beside motion keys only",
+                         R"(Add "motion", or take "interpolation" away)");
+}
+
 }  // namespace pilesim

@@ -184,7 +184,8 @@ Codec<Body> body_codec() {
                  pose_fields<Body>(&Body::pose, "the shape's own frame (not its centre of mass)") +
                  start_fields() + motion_fields<Body>(&Body::motion, "a kinematic body") +
                  surface_fields(),
-       .finish = [](const Json& json, const Path&, Body& body, ReadContext&) {
+       .finish = [](const Json& json, const Path& path, Body& body, ReadContext& context) {
+         require_motion(json, path, context);
          const auto hinge = json.find("hinge");
          if (body.hinge && hinge->is_object() && !hinge->contains("anchor")) {
            body.hinge->anchor = body.pose.position;

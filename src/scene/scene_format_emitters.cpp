@@ -89,7 +89,19 @@ void count_to_end(const Path& path, bool is_counted, Emitter& emitter, ReadConte
   emitter.count = static_cast<int>(is_counted ? std::min<double>(count, emitter.count) : count);
 }
 
+// Motion keys place the nozzle, so its position would be ignored.
+void check_nozzle(const Json& json, const Path& path, const Emitter& emitter,
+                  ReadContext& context) {
+  require_motion(json, path, context);
+  const auto* stream = std::get_if<PointSource>(&emitter.source);
+  if (stream == nullptr || stream->motion.empty() || !json.contains("position")) return;
+  context.log.report_key(
+      path / "position", R"(stands beside "motion", which places the nozzle)", "one of the two",
+      R"(Write the positions into the keys of "motion", and take this one away)");
+}
+
 void finish_emitter(const Json& json, const Path& path, Emitter& emitter, ReadContext& context) {
+  check_nozzle(json, path, emitter, context);
   const bool is_counted = json.contains("count");
   const bool has_rate = context.log.is_sound_itself(path) && context.log.is_sound(path / "rate_hz");
   if (has_stream_fields(emitter) && !is_counted && !json.contains("end_s")) {
@@ -262,8 +274,10 @@ Alternative<Emitter> stream() {
       "stream",
       "One by one from a nozzle. Where it turns, so do the velocities and a given orientation of "
       "its bodies.",
-      Fields<Emitter>{
-          field<Emitter>("position", of(&PointSource::position), vector3(), "The nozzle, m.")} +
+      Fields<Emitter>{unless(
+          field<Emitter>("position", of(&PointSource::position), vector3(),
+                         "The nozzle, m, where it has no motion keys."),
+          [](const Emitter& e) { return !std::get<PointSource>(e.source).motion.empty(); })} +
           stream_fields(required_rate_field()) + motion);
 }
 

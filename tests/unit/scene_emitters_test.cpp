@@ -1,6 +1,8 @@
 // Emitters over time: how many bodies they have, and what their keys may say.
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "scene_test_support.h"
 
 namespace pilesim {
@@ -48,6 +50,7 @@ TEST(EmitterEnd, ResolvedScenesMeanTheSame) {
     "until": {"full": {"min": [0, 1, 0], "max": [1, 2, 1]}})");
   const LoadedScene once = parse(text), twice = parse(once.resolved);
   EXPECT_EQ(once.resolved, twice.resolved);
+  EXPECT_FALSE(nlohmann::json::parse(once.resolved)["emitters"][0].contains("position"));
   const Emitter& emitter = twice.scene.emitters[0];
   EXPECT_EQ(emitter.count, 20);
   EXPECT_EQ(emitter.until->max, Vec3(1, 2, 1));
