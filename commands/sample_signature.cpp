@@ -77,6 +77,9 @@ SignatureRun with_solid_options_named(const std::function<SignatureRun()>& work)
 }
 
 void sample(SampleSignatureArguments& options) {
+  if (std::filesystem::path(options.mesh).extension() == ".json") {
+    refuse_scene_as_mesh(options.mesh, options.output);
+  }
   const std::filesystem::path output = options.output;
   claim_output_file(output, options.run.force);
   if (!options.write_collisions.empty()) {
@@ -87,7 +90,8 @@ void sample(SampleSignatureArguments& options) {
   if (options.scene.empty()) {
     s.mesh = options.mesh;
   } else {
-    take_from_scene(options.scene, options.shape, s);
+    const std::string warning = take_from_scene(options.scene, options.shape, s);
+    if (!warning.empty()) warn(warning);
   }
   s.kind = options.micro ? TrialKind::micro : TrialKind::macro;
   s.sampling = default_sampling(s.layout);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/counted.h"
+#include "core/naming.h"
 #include "core/printable.h"
 
 namespace pilesim {
@@ -66,6 +67,9 @@ Error in_file(const Error& error, const std::string& file) {
   std::vector<Problem> problems = error.problems();
   for (Problem& problem : problems) {
     if (problem.file.empty()) problem.file = file;
+    const size_t place = problem.remedy.find(kNamedFile);
+    if (place == std::string::npos) continue;
+    problem.remedy.replace(place, kNamedFile.size(), shell_word(file));
   }
   return {error.kind(), std::move(problems)};
 }

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "core/error.h"
 
 namespace pilesim {
+
+// In a remedy: stands for this file in a command to copy, until in_file() puts it in.
+inline constexpr std::string_view kNamedFile = "{file}";
 
 // Returns the result of `work`. Problems in its errors that name no file get `file`.
 template <class Work>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "json/codec.h"
 #include "model/model_shapes.h"
 #include "scene/moving_shapes.h"
@@ -21,20 +22,47 @@ namespace {
       Problem{.file = file.string(), .found = found, .expected = expected, .remedy = remedy});
 }
 
-}  // namespace
-
-void take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
-                     SignatureOptions& options) {
-  const Scene scene = load_scene(scene_file).scene;
-  const auto materials = moving_shapes(scene);
-  std::vector<std::string> meshes;  // of moving bodies
-  for (const auto& [name, of] : materials) {
+// Names of shapes of moving bodies, at least one.
+std::vector<std::string> moving_meshes(const Scene& scene, const std::filesystem::path& file) {
+  std::vector<std::string> meshes;
+  for (const auto& [name, materials] : moving_shapes(scene)) {
     if (std::holds_alternative<MeshShape>(scene.shapes.at(name))) meshes.push_back(name);
   }
   if (meshes.empty()) {
-    refuse(scene_file, "no body that moves has a mesh", "a shape of type \"mesh\"",
-           "Name a mesh file in place of --scene");
+    refuse(file, "no body that moves has a mesh", "a shape of type \"mesh\"",
+           "Name a mesh file in place of the scene");
   }
+  return meshes;
+}
+
+// Bodies with joints are solved contact by contact, in all modes that have joints.
+bool is_always_joined(const Scene& scene, const std::string& shape) {
+  const auto is_free = [&](const Body& body) {
+    if (body.role != Role::dynamic || body.shape != shape) return false;
+    return std::ranges::none_of(scene.joints, [&](const Joint& joint) {
+      return joint.a == body.name || joint.b == body.name;
+    });
+  };
+  return std::ranges::none_of(scene.bodies, is_free) &&
+         std::ranges::none_of(scene.emitters, [&](const Emitter& emitter) {
+           return std::ranges::find(emitter.shapes, shape) != emitter.shapes.end();
+         });
+}
+
+}  // namespace
+
+void refuse_scene_as_mesh(const std::filesystem::path& scene_file, const std::string& output) {
+  const std::vector<std::string> meshes = moving_meshes(load_scene(scene_file).scene, scene_file);
+  refuse(scene_file, "is a scene",
+         "a mesh, or --scene and one of the shapes " + quoted_list(meshes),
+         "Write: pilesim sample-signature --scene " + shell_word(scene_file.string()) +
+             " --shape " + shell_word(meshes.front()) + " -o " + shell_word(output));
+}
+
+std::string take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
+                            SignatureOptions& options) {
+  const Scene scene = load_scene(scene_file).scene;
+  const std::vector<std::string> meshes = moving_meshes(scene, scene_file);
   if (shape.empty() && meshes.size() > 1) {
     refuse(scene_file, "has several meshes that move", "one of " + quoted_list(meshes),
            "Say which: --shape " + meshes.front());
@@ -46,7 +74,7 @@ void take_from_scene(const std::filesystem::path& scene_file, const std::string&
                (scene.shapes.contains(name) ? "not the mesh of a body that moves" : "no shape"),
            "one of " + quoted_list(meshes), "");
   }
-  const auto& used = materials.at(name);
+  const auto used = moving_shapes(scene).at(name);
   if (used.size() > 1) {
     refuse(scene_file,
            "shape \"" + name + "\" is used with the materials " +
@@ -67,6 +95,9 @@ void take_from_scene(const std::filesystem::path& scene_file, const std::string&
   options.material.restitution = material.restitution;
   options.material.friction = material.friction;
   options.solid = solid_options(mesh);
+  if (!is_always_joined(scene, name)) return {};
+  return "all bodies of shape \"" + name +
+         "\" have joints, and no mode uses the signatures of such bodies";
 }
 
 }  // namespace pilesim

@@ -6,8 +6,11 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
+#include "core/naming.h"
 #include "core/printable.h"
 #include "core/text.h"
 #include "geometry/convex_hull.h"
@@ -26,17 +29,20 @@ constexpr double kSameMaterial = 1e-3;
 // equal.
 constexpr double kLikeMoments = 1e-6;
 
+// The command that measures it for the scene.
+std::string sampling_command(const ModelShape& shape, const std::string& output) {
+  return "pilesim sample-signature --scene " + std::string(kNamedFile) + " --shape " +
+         shell_word(shape.source) + " -o " + shell_word(output);
+}
+
 void check(const ModelShape& shape, const Material& material, const Signature& signature) {
+  const std::string file = shape.signature_file.string();
   const auto refuse = [&](const std::string& found, const std::string& expected) {
-    throw Error(ErrorKind::input,
-                {.file = shape.signature_file.string(),
-                 .pointer = shape_pointer(shape.name) + "/signature",
-                 .found = found,
-                 .expected = expected,
-                 .remedy = "Leave \"signature\" out, or measure it again: pilesim sample-signature "
-                           "--scene SCENE --shape " +
-                           shell_word(shape.name) + " -o " +
-                           shell_word(shape.signature_file.string()) + " --force"});
+    throw Error(ErrorKind::input, {.pointer = shape_pointer(shape.name) + "/signature",
+                                   .found = "is \"" + file + "\", " + found,
+                                   .expected = expected,
+                                   .remedy = "Leave \"signature\" out, or measure it again: " +
+                                             sampling_command(shape, file) + " --force"});
   };
   if (signature.body.mesh_hash != shape.mesh_hash) {
     refuse("a signature of another mesh or scale (" + signature.body.mesh + ", scale " +
@@ -57,13 +63,29 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
+Signature read_signature_of(const ModelShape& shape) {
+  try {
+    return read_signature(shape.signature_file);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::input) throw;
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      problem.remedy =
+          "Measure it again: " + sampling_command(shape, shape.signature_file.string()) +
+          " --force";
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
 // For programs that have not measured it (job/measured_signatures.h).
 Error no_signature(const ModelShape& shape, const ModelBody& body) {
   return {ErrorKind::input,
           Problem{.pointer = shape_pointer(shape.name),
                   .found = "the shape of '" + body.name + "' has no signature",
                   .expected = "one, since it collides by it in this /simulator/mode",
-                  .remedy = "Measure one with pilesim sample-signature"}};
+                  .remedy = "Measure one, and name its file in \"signature\": " +
+                            sampling_command(shape, shape.source + ".sig")}};
 }
 
 void set_sphere(BodySignature& body, double radius_m, double rolling) {
@@ -159,16 +181,18 @@ BodySignatures load_signatures(const Model& model,
       continue;
     }
     if (!std::filesystem::exists(shape.signature_file)) {
+      const std::string file = shape.signature_file.string();
       throw Error(ErrorKind::input,
-                  {.file = shape.signature_file.string(),
-                   .pointer = shape_pointer(shape.name) + "/signature",
-                   .found = "no such file",
+                  {.pointer = shape_pointer(shape.name) + "/signature",
+                   .found = "is \"" + file + "\", which does not exist",
                    .expected = "a signature of the shape's mesh",
-                   .remedy = "Leave \"signature\" out, and it is measured when it is needed"});
+                   .remedy = "Leave \"signature\" out, and it is measured when it is needed; or "
+                             "measure it now: " +
+                             sampling_command(shape, file)});
     }
     std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
     if (!signature) {
-      signature = std::make_shared<const Signature>(read_signature(shape.signature_file));
+      signature = std::make_shared<const Signature>(read_signature_of(shape));
     }
     check(shape, model.materials[body.material], *signature);
     object = body_signature(signature, *signature->packing);
