@@ -113,6 +113,7 @@ void RunRecorder::append(const Model& model, const Simulator& simulator, double 
                                     static_cast<double>(progress_.rows.size()) / frame_rate,
                                     statistics, count_present(model, simulator.states())));
   timing_.append(progress_.rows.back());
+  progress_.broke_at.resize(simulator.broken_joints().size(), progress_.rows.size() - 1);
 }
 
 void RunRecorder::inspect(const Model& model, const Vec3& gravity, const BodyStates& states) {

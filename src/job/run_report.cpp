@@ -1,6 +1,7 @@
 #include "job/run_report.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/parallel_for.h"
@@ -55,6 +56,29 @@ uint32_t count_present(const Model& model, const BodyStates& states) {
     if (is_there && model.bodies[i].role == Role::dynamic) ++bodies;
   }
   return bodies;
+}
+
+std::string joint_figures(const Scene& scene, const Model& model,
+                          const std::vector<uint32_t>& broken,
+                          const std::vector<uint64_t>& broke_at) {
+  if (model.joints.empty()) return {};
+  // Those of chains come first.
+  const size_t of_chains = model.joints.size() - scene.joints.size();
+  nlohmann::ordered_json breaks = nlohmann::ordered_json::array();
+  for (size_t i = 0; i < std::min(broken.size(), broke_at.size()); ++i) {
+    const ModelJoint& joint = model.joints[broken[i]];
+    const std::string& a = model.bodies[joint.a].name;
+    breaks.push_back(
+        {{"joint", broken[i] < of_chains ? a.substr(0, a.rfind('/'))
+                                         : "/joints/" + std::to_string(broken[i] - of_chains)},
+         {"a", a},
+         {"b", joint.b == ModelJoint::kWorld ? kWorldName : model.bodies[joint.b].name},
+         {"frame", broke_at[i]},
+         {"time_s", static_cast<double>(broke_at[i]) / scene.frame_rate}});
+  }
+  return nlohmann::ordered_json{
+      {"count", model.joints.size()}, {"broken", breaks.size()}, {"breaks", std::move(breaks)}}
+      .dump();
 }
 
 void take_finish(FinishedPile& pile, SimulationReport& report) {

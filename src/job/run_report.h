@@ -23,6 +23,12 @@ FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statisti
                   uint32_t bodies);
 uint32_t count_present(const Model& model, const BodyStates& states);
 
+// JSON object: how many joints there are, how many of them have broken, which and when; empty
+// without joints. `broke_at`: as in RunProgress.
+std::string joint_figures(const Scene& scene, const Model& model,
+                          const std::vector<uint32_t>& broken,
+                          const std::vector<uint64_t>& broke_at);
+
 // Adds the figures of finishing, and its time to the last frame, which then describes the final
 // pile. Call it after the final quality is set.
 void take_finish(FinishedPile& pile, SimulationReport& report);

@@ -22,11 +22,12 @@ struct RunProgress {
   double checkpoint_s = 0;  // part of the wall time
   // Consecutive final frames in which all was at rest, if rest ends the run.
   uint64_t quiet_frames = 0;
-  bool is_settled = false;  // long enough at rest that the run is over
+  bool is_settled = false;         // long enough at rest that the run is over
+  std::vector<uint64_t> broke_at;  // frames by whose end each of Simulator::broken_joints() broke
 
   static void fields(auto& self, auto& stream) {
     stream(self.rows, self.inspections, self.cpu_s, self.wall_s, self.checkpoint_s,
-           self.quiet_frames, self.is_settled);
+           self.quiet_frames, self.is_settled, self.broke_at);
   }
 };
 

@@ -213,6 +213,7 @@ void complete_report(const PreparedScene& prepared, const Simulator& simulator,
   report.total_s = progress.wall_s + report.inspection_s;
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator.figures();
+  report.joints = joint_figures(scene, model, simulator.broken_joints(), progress.broke_at);
   const auto note = [&](const std::vector<std::string>& lines) {
     report.notes.insert(report.notes.end(), lines.begin(), lines.end());
   };

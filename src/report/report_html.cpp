@@ -170,6 +170,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   if (figures.contains("until"))
     html += value_table("Until all is settled", figures["until"],
                         figures.contains("finish") ? "As it was simulated, before finishing." : "");
+  if (figures.contains("joints")) html += value_table("Joints", figures["joints"]);
   if (figures.contains("piles")) {
     for (const auto& [title, values] : figures["piles"].items()) {
       html += value_table("Piles: " + escaped(title), values);

@@ -184,6 +184,7 @@ Json report_json(const SimulationReport& report) {
       {"peak_memory_bytes", report.peak_memory_bytes}};
   if (!report.piles.empty()) figures["piles"] = Json::parse(report.piles);
   if (!report.finish.empty()) figures["finish"] = Json::parse(report.finish);
+  if (!report.joints.empty()) figures["joints"] = Json::parse(report.joints);
   if (!report.until.empty()) figures["until"] = Json::parse(report.until);
   if (!report.mode_figures.empty()) figures[report.mode] = Json::parse(report.mode_figures);
   return figures;

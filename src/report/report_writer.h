@@ -73,6 +73,7 @@ struct SimulationReport {
   uint64_t peak_memory_bytes = 0;
   std::string piles;         // JSON array: a director's figures of each pile; empty: none
   std::string finish;        // JSON object: figures of finishing; empty: none
+  std::string joints;        // JSON object: how many, and which broke when; empty: none
   std::string until;         // JSON object: when all bodies had come to rest; empty: not requested
   std::string mode_figures;  // JSON object: figures of the mode; empty: none
 };

@@ -69,6 +69,8 @@ class ExactEngine {
   virtual ConstraintId add_glue(const GlueSpot& spot) = 0;
   virtual void remove_constraint(ConstraintId constraint) = 0;
   virtual bool holds(ConstraintId constraint) const = 0;
+  // As Simulator::broken_joints().
+  virtual std::vector<uint32_t> broken_joints() const { return {}; }
 
   // Which pairs of bodies touch at all, asked in every step; none: all.
   virtual void set_pair_filter(PairFilter filter) = 0;

@@ -42,6 +42,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   const BodyStates& states() const override { return life_.states(); }
   const Lifecycle& life() const override { return life_; }
   std::vector<std::string> notes() const override { return life_.notes(); }
+  std::vector<uint32_t> broken_joints() const override { return exact_.broken_joints(); }
   FrameStatistics statistics() const override;
 
   double time_s() const override { return life_.time_s(); }

@@ -1,6 +1,7 @@
 // A simulator steps a model. Model and settings are const; all that moves is in states().
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +52,9 @@ class Simulator {
 
   // For people, a line each: events that the scene did not ask for.
   virtual std::vector<std::string> notes() const { return {}; }
+
+  // For the report: the joints that have broken, as indices into Model::joints, in that order.
+  virtual std::vector<uint32_t> broken_joints() const { return {}; }
 
   // Between frames: all that the frames to come depend on, its director's state with it.
   virtual void save(StateWriter& writer) const = 0;

@@ -1,6 +1,7 @@
 """report.html and compare.html as pages for people."""
 
 import base64
+import json
 import os
 import re
 import signal
@@ -47,6 +48,21 @@ class Report(CommandTest):
         self.assertEqual(page.count("<table"), page.count('class="wide"><table') + page.count('class="wide modes"><table'))
         text = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<code>.*?</code>", "", page, flags=re.S)
         self.assertIsNone(re.search(r"\d\.\d{7,}", text))
+
+    def test_names_the_joints_that_broke(self):
+        def hang(scene):
+            scene["simulator"] = {"mode": "impulse"}
+            scene["bodies"] += [{"name": "lamp", "shape": "box", "material": "wood", "position": [5, 3, 5]},
+                                {"name": "sign", "shape": "box", "material": "wood", "position": [8, 3, 5]}]
+            scene["joints"] = [{"type": "ball", "a": "sign", "point": [8, 4, 5]},
+                               {"type": "ball", "a": "lamp", "point": [5, 4, 5], "breaking_force_n": 0.001}]
+
+        self.succeed("simulate", self.write_scene(hang), "-o", "out")
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual(report["joints"], {"count": 2, "broken": 1, "breaks": [
+            {"joint": "/joints/1", "a": "lamp", "b": "world", "frame": 1, "time_s": 1 / 30}]})
+        self.assertIn("<h2>Joints</h2>", self.page())
+        self.assertIn("<td>/joints/1</td><td>lamp</td><td>world</td>", self.page())
 
     def pictures(self, file="out/report.html"):
         page = (self.dir / file).read_text()

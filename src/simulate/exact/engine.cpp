@@ -62,6 +62,7 @@ class Engine final : public ExactEngine {
   ConstraintId add_glue(const GlueSpot& spot) override;
   void remove_constraint(ConstraintId constraint) override;
   bool holds(ConstraintId constraint) const override;
+  std::vector<uint32_t> broken_joints() const override;
   void set_pair_filter(PairFilter filter) override { filter_ = std::move(filter); }
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;
@@ -571,6 +572,12 @@ void Engine::add_contacts_to(FrameStatistics& statistics) const {
       std::max<double>(statistics.deepest_penetration_m, contacts.deepest_m);
 }
 
+std::vector<uint32_t> Engine::broken_joints() const {
+  std::vector<uint32_t> joints;
+  for (const ConstraintId id : state_.broken) joints.push_back(id - Joint::kFirstOfModel);
+  return joints;
+}
+
 void Engine::load(StateReader& reader) {
   EngineState state;
   reader(state);
@@ -593,6 +600,11 @@ void Engine::load(StateReader& reader) {
     StateReader::require(joint.a < count && (joint.b < count || joint.b == Joint::kWorld),
                          "joints of bodies");
     StateReader::require(joint.holds <= Holds::all, "what a joint holds");
+  }
+  for (const ConstraintId id : state.broken) {
+    StateReader::require(
+        id >= Joint::kFirstOfModel && id - Joint::kFirstOfModel < model_.joints.size(),
+        "broken joints of the scene");
   }
   state_ = std::move(state);
   pairs_.reload();

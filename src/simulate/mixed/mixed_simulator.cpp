@@ -96,6 +96,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   const BodyStates& states() const override { return life_.states(); }
   const Lifecycle& life() const override { return life_; }
   std::vector<std::string> notes() const override { return life_.notes(); }
+  std::vector<uint32_t> broken_joints() const override { return exact_.broken_joints(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
     return describe_signatures(model_, objects_);
