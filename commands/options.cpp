@@ -142,7 +142,8 @@ void add_report_options(CLI::App& command, ReportOptions& options) {
   command.add_flag("--no-picture", options.no_picture, "Write report.html without its picture");
 }
 
-std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {
+std::array<int, 2> parse_pair(const std::string& text, const std::string& option,
+                              const std::string& example) {
   std::string_view rest = text;
   const std::optional<uint64_t> first = take_whole_number(rest);
   const bool has_cross = first && rest.starts_with('x');
@@ -151,8 +152,9 @@ std::array<int, 2> parse_pair(const std::string& text, const std::string& option
   constexpr uint64_t kMost = 999'999;
   const auto fits = [](uint64_t number) { return number >= 1 && number <= kMost; };
   if (!second || !rest.empty() || !fits(*first) || !fits(*second)) {
-    throw CLI::ValidationError(option, "'" + text + "' is not two integers from 1 to " +
-                                           std::to_string(kMost) + " such as 4x3");
+    throw CLI::ValidationError(
+        option,
+        "'" + text + "' is not two integers above 0 with an x between them, such as " + example);
   }
   return {static_cast<int>(*first), static_cast<int>(*second)};
 }

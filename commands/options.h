@@ -107,7 +107,8 @@ void add_batch_command(CLI::App& app);
 void add_new_command(CLI::App& app);
 void add_reproduce_command(CLI::App& app);
 
-// "4x3" as two numbers from 1 to 999,999. Throws CLI::ValidationError.
-std::array<int, 2> parse_pair(const std::string& text, const std::string& option);
+// "4x3" as two numbers from 1 to 999,999. Throws CLI::ValidationError, which shows the example.
+std::array<int, 2> parse_pair(const std::string& text, const std::string& option,
+                              const std::string& example);
 
 }  // namespace pilesim

@@ -35,7 +35,7 @@ void add_render_command(CLI::App& app) {
       ->add_option_function<std::string>(
           "--size",
           [options](const std::string& text) {
-            const auto [width, height] = parse_pair(text, "--size");
+            const auto [width, height] = parse_pair(text, "--size", "1280x720");
             options->overrides.add(
                 "/render/size=[" + std::to_string(width) + "," + std::to_string(height) + "]",
                 "--size", text);
@@ -83,7 +83,9 @@ void add_render_command(CLI::App& app) {
       command
           ->add_option_function<std::string>(
               "--sheet",
-              [options](const std::string& text) { options->sheet = parse_pair(text, "--sheet"); },
+              [options](const std::string& text) {
+                options->sheet = parse_pair(text, "--sheet", "4x3");
+              },
               "Draw one picture of evenly spaced frames, sheet.png, and nothing else; at most " +
                   std::to_string(kMostSheetPixels) + " pixels")
           ->type_name("COLUMNSxROWS");
