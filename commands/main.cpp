@@ -15,6 +15,7 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <sstream>
 #include <string>
 #include <system_error>
 
@@ -62,6 +63,15 @@ void require_printed() {
     raise(SIGPIPE);
   }
   throw pilesim::io_error("standard output", "cannot be written", errno != 0 ? errno : EIO);
+}
+
+// Each problem on a line of its own, and each line as that of an only one.
+int fail(const pilesim::Error& error) {
+  std::istringstream lines(error.what());
+  for (std::string line; std::getline(lines, line);) {
+    std::fprintf(stderr, "pilesim: %s\n", line.c_str());
+  }
+  return static_cast<int>(error.kind());
 }
 
 int out_of_memory() {
@@ -197,13 +207,9 @@ int main(int argc, char** argv) {
     require_stack();
     return run(argc, argv);
   } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "pilesim: %s\n", error.what());
-    return static_cast<int>(error.kind());
+    return fail(error);
   } catch (const std::filesystem::filesystem_error& error) {
-    const pilesim::Error fault =
-        pilesim::io_error(error.path1().string(), "cannot be used", error.code().value());
-    std::fprintf(stderr, "pilesim: %s\n", fault.what());
-    return static_cast<int>(fault.kind());
+    return fail(pilesim::io_error(error.path1().string(), "cannot be used", error.code().value()));
   } catch (const std::bad_alloc&) {
     return out_of_memory();
   } catch (const std::system_error& error) {

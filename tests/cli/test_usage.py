@@ -265,7 +265,7 @@ class Validate(CommandTest):
         for part in ("/duration", "duration_s", "/materials/wood/friction", "-1", "grund", "ground"):
             self.assertIn(part, result.stderr)
         for line in lines:
-            self.assertRegex(line, r"scene\.json:\d+:\d+: /")
+            self.assertRegex(line, r"^pilesim: scene\.json:\d+:\d+: /")
 
     def test_validate_says_what_is_to_be_measured(self):
         def change(scene):
@@ -381,7 +381,7 @@ class Validate(CommandTest):
         result = self.expect_exit(3, "validate", self.write_scene(spoil))
         lines = result.stderr.strip().splitlines()
         self.assertEqual(len(lines), 51)
-        self.assertEqual(lines[-1], "and 59950 more problems")
+        self.assertEqual(lines[-1], "pilesim: and 59950 more problems")
 
     def test_set_is_named_for_what_it_does(self):
         result = self.expect_exit(
