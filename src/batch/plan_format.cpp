@@ -9,6 +9,7 @@
 #include "batch/steps.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/naming.h"
 #include "core/philox.h"
 #include "json/document.h"
 #include "json/object_codec.h"
@@ -354,7 +355,8 @@ void check_drop(const char* key, const std::vector<std::string>& drop, ProblemLo
 }  // namespace
 
 BatchPlan load_batch_plan(const std::filesystem::path& file) {
-  const std::string text = read_file(file, kMostJsonBytes);
+  const std::string text = advising(file, "Copy an example: pilesim presets copy batch/bins.plan",
+                                    [&] { return read_file(file, kMostJsonBytes); });
   const Json document = parse_json(text, file.string());
   const bool is_scene =
       document.is_object() && !document.contains("steps") &&

@@ -53,10 +53,17 @@ Error io_error(const std::string& path, const std::string& action, int error_num
   Problem problem{.file = path, .found = action + ": " + std::strerror(error_number)};
   if (action == "cannot be read") {
     if (error_number == EISDIR) problem.expected = "a file";
+    if (error_number == ENOENT) problem.remedy = "Check its path";
   } else if (error_number == EACCES || error_number == EPERM || error_number == EROFS) {
     problem.remedy = "Name a place that you may write to";
   } else if (error_number == ENOENT) {
     problem.remedy = "Make its directory first";
+  } else if (error_number == ENOTDIR) {
+    problem.remedy = "Name another place: a file stands where a directory is needed";
+  } else if (error_number == EISDIR) {
+    problem.remedy = "Name a file in it";
+  } else if (error_number == ENAMETOOLONG) {
+    problem.remedy = "Give it a shorter name";
   } else if (error_number == ENOSPC || error_number == EDQUOT) {
     problem.remedy = "Make room, or name another place";
   }

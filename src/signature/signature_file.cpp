@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.h"
 #include "core/hash.h"
+#include "core/naming.h"
 #include "json/cbor.h"
 #include "signature/signature_document.h"
 #include "signature/typed_array.h"
@@ -78,7 +79,9 @@ Error damaged_file(const std::filesystem::path& file, const std::string& found,
 // Error(input) that names the file.
 template <typename Parse>
 auto read_sealed(const std::filesystem::path& file, const char* format, const Parse& parse) {
-  const std::string bytes = read_file(file);
+  const std::string bytes =
+      advising(file, "Measure one with pilesim sample-signature MESH -o NAME.sig",
+               [&] { return read_file(file); });
   // Every file begins with a CBOR map; text, meshes and pictures do not.
   const bool is_map = bytes.empty() || (static_cast<uint8_t>(bytes[0]) & 0xe0) == 0xa0;
   if (!is_map) {
