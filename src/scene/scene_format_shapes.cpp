@@ -58,28 +58,27 @@ Codec<std::optional<std::filesystem::path>> signature_codec() {
 
 // One number, or three.
 Codec<Vec3> scale_codec() {
-  const Codec<double> one = number(above(0));
+  const Codec<double> one = number();
   const Codec<Vec3> three = vector3();
   Codec<Vec3> codec;
-  codec.expected = one.expected + ", or three numbers [x, y, z] other than 0";
+  codec.expected = "a number other than 0, or three of them [x, y, z]";
   codec.schema = {{"oneOf", Json::array({one.schema, three.schema})}};
   codec.read = [one, three, expected = codec.expected](const Json& json, const Path& path,
                                                        Vec3& value, ReadContext& context) {
+    Vec3 scale = Vec3::Ones();
     if (json.is_array()) {
-      Vec3 scale = Vec3::Ones();
       three.read(json, path, scale, context);
-      if (context.log.is_sound(path) && (scale.array() == 0).any()) {
-        context.log.report(path, "has a 0", expected);
-      } else {
-        value = scale;
-      }
     } else if (json.is_number()) {
-      double scale = 1;
-      one.read(json, path, scale, context);
-      value = Vec3::Constant(scale);
+      one.read(json, path, scale.x(), context);
+      scale = Vec3::Constant(scale.x());
     } else {
-      context.log.report(path, describe_value(json), expected);
+      return context.log.report(path, describe_value(json), expected);
     }
+    if (!context.log.is_sound(path)) return;
+    if ((scale.array() == 0).any()) {
+      return context.log.report(path, json.is_array() ? "has a 0" : "is 0", expected);
+    }
+    value = scale;
   };
   codec.write = [one, three](const Vec3& value) {
     return is_uniform(value) ? one.write(value.x()) : three.write(value);
@@ -92,7 +91,7 @@ Field<Shape> scale_field() {
   Field<Shape> field = pilesim::field<Shape>(
       "scale", of(&MeshShape::scale), scale_codec(),
       "Metres per unit of the file: one number, or three [x, y, z] along the file's own axes; "
-      "negative ones mirror.");
+      "negative ones mirror, a single one along all three.");
   field.write = [write = field.write](const Shape& shape) {
     return std::get<MeshShape>(shape).size_m ? std::nullopt : write(shape);
   };
@@ -142,13 +141,15 @@ Fields<Shape> mesh_fields() {
 }
 
 // The measures of a primitive are multiplied when it is read. `apply` multiplies them and returns
-// an empty text, or returns which scale it would take.
+// an empty text, or returns which scale it would take. `limits`: for the schema.
 template <class V>
-Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
+Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&),
+                             const std::string& limits = "") {
   const Codec<Vec3> codec = scale_codec();
   Field<Shape> field;
   field.key = {.name = "scale", .expected = codec.expected};
-  field.schema = described(codec.schema, "Times the measures above: one number, or [x, y, z].");
+  field.schema =
+      described(codec.schema, "Times the measures above: one number, or [x, y, z]" + limits + ".");
   field.read = [apply, read = codec.read](const Json& json, const Path& path, Shape& shape,
                                           ReadContext& context) {
     Vec3 scale = Vec3::Ones();
@@ -200,9 +201,11 @@ std::string scale_cylinder(CylinderShape& cylinder, const Vec3& scale) {
 }
 
 std::string scale_cone(ConeShape& cone, const Vec3& scale) {
-  if (std::abs(scale.x()) != std::abs(scale.z()) || scale.y() < 0) {
-    return "numbers of one magnitude for x and z and one above 0 for y, as a cone is round about y "
-           "and points up";
+  if (std::abs(scale.x()) != std::abs(scale.z())) {
+    return "numbers of one magnitude for x and z, as a cone is round about y";
+  }
+  if (scale.y() < 0) {
+    return "a number above 0 for y, as a cone points up until its body is turned";
   }
   cone.radius *= std::abs(scale.x());
   cone.top_radius *= std::abs(scale.x());
@@ -240,7 +243,7 @@ std::string scale_tube(TubeShape& tube, const Vec3& scale) {
 
 std::string scale_wedge(WedgeShape& wedge, const Vec3& scale) {
   if (std::min(scale.y(), scale.z()) < 0) {
-    return "numbers above 0 for y and z, as a wedge rises to -z";
+    return "numbers above 0 for y and z, as a wedge rises to -z until its body is turned";
   }
   wedge.size = wedge.size.cwiseProduct(scale.cwiseAbs());
   return enough(wedge.size.minCoeff(), "a wedge");
@@ -294,7 +297,7 @@ std::vector<Alternative<Shape>> primitives() {
            measure("height", &ConeShape::height, "Full height, m."),
            field<Shape>("top_radius", of(&ConeShape::top_radius), number(at_least(0)),
                         "Radius of a flat top, m; 0: it has a tip."),
-           primitive_scale<ConeShape>(scale_cone)}),
+           primitive_scale<ConeShape>(scale_cone, ", y above 0")}),
       alternative<Shape, CapsuleShape>(
           "capsule", "A cylinder between two half spheres, about its centre, axis y.",
           {measure("radius", &CapsuleShape::radius, "Radius, m."),
@@ -316,7 +319,7 @@ std::vector<Alternative<Shape>> primitives() {
           "wedge", "A ramp: half of a box about its centre, which rises from +z to -z.",
           {required_field<Shape>("size", of(&WedgeShape::size), vector3(at_least(kSmallestLength)),
                                  "Full edge lengths [x, y, z], m."),
-           primitive_scale<WedgeShape>(scale_wedge)}),
+           primitive_scale<WedgeShape>(scale_wedge, ", y and z above 0")}),
       alternative<Shape, TextShape>(
           "text", "Letters in a line, one solid about the centre of its bounds, seen from +z.",
           {required_field<Shape>("text", of(&TextShape::text), text(),
@@ -326,7 +329,7 @@ std::vector<Alternative<Shape>> primitives() {
            optional_field<Shape>("font", of(&TextShape::font), file_path(),
                                  "TrueType or OpenType file, relative to the scene file. Default: "
                                  "DejaVu Sans, which is part of the program."),
-           primitive_scale<TextShape>(scale_text)}),
+           primitive_scale<TextShape>(scale_text, ", x and y the same and above 0")}),
   };
 }
 

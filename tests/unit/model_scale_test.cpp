@@ -89,8 +89,8 @@ TEST_F(ScaledShape, BallsAndCylindersStayRound) {
               HasSubstr("round about y"));
   EXPECT_THAT(failure(R"({"type": "mesh", "file": "box.obj", "scale": [1, 0, 2]})"),
               HasSubstr("/shapes/s/scale: has a 0"));
-  EXPECT_THAT(failure(R"({"type": "mesh", "file": "box.obj", "scale": -1})"),
-              HasSubstr("/shapes/s/scale"));
+  EXPECT_THAT(failure(R"({"type": "mesh", "file": "box.obj", "scale": 0})"),
+              HasSubstr("/shapes/s/scale: is 0; expected a number other than 0, or three of them"));
 }
 
 // The mirror image has the same volume, and products of inertia with one mirrored axis change sign.
@@ -110,6 +110,17 @@ TEST_F(ScaledShape, AMirroredMeshIsASolid) {
     const TriangleMesh& hull = shape.pieces.at(0).hull;
     EXPECT_NEAR(mass_properties(hull).volume_m3, 1, 1e-5);
   }
+}
+
+TEST_F(ScaledShape, OneNegativeNumberMirrorsAlongAllAxes) {
+  const ModelShape one = build(R"({"type": "mesh", "file": "corner.obj", "scale": -2})");
+  const ModelShape three =
+      build(R"({"type": "mesh", "file": "corner.obj", "scale": [-2, -2, -2]})");
+  EXPECT_GT(one.mass.volume_m3, 0);
+  EXPECT_EQ(one.mass.inertia_m5, three.mass.inertia_m5);
+  EXPECT_EQ(one.mesh.vertices, three.mesh.vertices);
+  expect_mass(build(R"({"type": "box", "size": [1, 1, 1], "scale": -2})"),
+              box_mass_properties({2, 2, 2}));
 }
 
 // Along the file's own axes, whichever points up.
