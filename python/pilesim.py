@@ -44,12 +44,30 @@ class PilesimError(RuntimeError):
         self.code = code
 
 
+def _json(value: Any, name: str) -> str:
+    """JSON of a value that may hold numbers and arrays of numpy."""
+
+    def plain(part: Any) -> Any:
+        if isinstance(part, (numpy.generic, numpy.ndarray)):
+            return part.tolist()
+        if isinstance(part, os.PathLike):
+            return os.fspath(part)
+        raise TypeError(f"{name} holds a {type(part).__name__}, {part!r}; expected numbers, text, lists, "
+                        "dictionaries, arrays of numpy")
+
+    return json.dumps(value, default=plain)
+
+
 def _call(*arguments: object, scene: Scene | None = None) -> str:
-    result = subprocess.run(
-        [os.environ.get("PILESIM", "pilesim"), *map(str, arguments)],
-        input=None if scene is None else json.dumps(scene),
-        stdin=subprocess.DEVNULL if scene is None else None,
-        capture_output=True, text=True, check=False)
+    program = os.environ.get("PILESIM", "pilesim")
+    text = None if scene is None else _json(scene, "the scene")
+    try:
+        result = subprocess.run(
+            [program, *map(str, arguments)], input=text, stdin=subprocess.DEVNULL if text is None else None,
+            capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise PilesimError(4, f'the program "{program}" cannot be started: {error.strerror}. Put pilesim on the PATH, '
+                              "or name its file in the variable PILESIM") from None
     if result.returncode != 0:
         raise PilesimError(result.returncode, result.stderr.strip())
     return result.stdout
@@ -58,7 +76,7 @@ def _call(*arguments: object, scene: Scene | None = None) -> str:
 def _scene_options(seed: int | None, values: Mapping[str, Any] | None) -> list[str]:
     options = [] if seed is None else ["--seed", str(seed)]
     for pointer, value in (values or {}).items():
-        options += ["--set", f"{pointer}={json.dumps(value)}"]
+        options += ["--set", f"{pointer}={_json(value, f'the value of {pointer}')}"]
     return options
 
 
@@ -104,6 +122,9 @@ class Run:
 
     def __init__(self, directory: PathLike):
         self.directory = Path(directory)
+        if not (self.directory / "trajectory.zarr").is_dir():
+            raise PilesimError(4, f"{self.directory}: holds no trajectory.zarr; expected the directory of a run, as "
+                                  "pilesim.simulate(scene, directory) makes it")
         self._store = zarr.open(str(self.directory / "trajectory.zarr"), mode="r")
 
     @property
@@ -114,7 +135,11 @@ class Run:
     @functools.cached_property
     def report(self) -> dict[str, Any]:
         """report.json."""
-        return json.loads((self.directory / "report.json").read_text())
+        file = self.directory / "report.json"
+        if not file.is_file():
+            raise PilesimError(4, f"{file}: is not there: the run has not ended. Go on with it: "
+                                  "pilesim.simulate(scene, directory, options=[\"--resume\"])")
+        return json.loads(file.read_text())
 
     @functools.cached_property
     def position(self) -> numpy.ndarray:

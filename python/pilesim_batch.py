@@ -216,6 +216,10 @@ class Batch:
 
     def __init__(self, directory):
         self.directory = Path(directory)
+        for name in ("plan.json", "index.jsonl"):
+            if not (self.directory / name).is_file():
+                raise FileNotFoundError(f"{self.directory}: holds no {name}; expected the directory of a batch, as "
+                                        "pilesim batch PLAN -o DIRECTORY makes it")
         self.plan = json.loads((self.directory / "plan.json").read_text())["plan"]
         self.jobs = []
         for line in (self.directory / "index.jsonl").read_text().splitlines():

@@ -14,6 +14,7 @@ sys.path.insert(0, str(SOURCE / "python"))
 sys.dont_write_bytecode = True
 
 import pilesim  # noqa: E402
+import pilesim_batch  # noqa: E402
 
 
 class Python(CommandTest):
@@ -68,6 +69,27 @@ class Python(CommandTest):
         with self.assertRaises(pilesim.PilesimError) as raised:
             pilesim.simulate(BOXES, "out")
         self.assertEqual(raised.exception.code, 2)
+
+    def test_values_may_be_of_numpy(self):
+        heights = numpy.array([0, 2, 0], numpy.float32)
+        scene = pilesim.check({**BOXES, "seed": numpy.int64(4)},
+                              values={"/duration_s": numpy.float32(0.5), "/emitters/0/centre": heights})
+        self.assertEqual((scene["seed"], scene["duration_s"], scene["emitters"][0]["centre"]), (4, 0.5, [0, 2, 0]))
+        with self.assertRaisesRegex(TypeError, r"the value of /seed holds a set, \{4\}; expected numbers, text"):
+            pilesim.check(BOXES, values={"/seed": {4}})
+
+    def test_what_is_missing_is_said_in_words(self):
+        with self.assertRaisesRegex(pilesim.PilesimError, "^nowhere: holds no trajectory.zarr; expected"):
+            pilesim.Run("nowhere")
+        (self.dir / "begun/trajectory.zarr").mkdir(parents=True)
+        (self.dir / "begun/trajectory.zarr/.zgroup").write_text('{"zarr_format": 2}')
+        with self.assertRaisesRegex(pilesim.PilesimError, "report.json: is not there: the run has not ended"):
+            pilesim.Run("begun").report
+        with self.assertRaisesRegex(FileNotFoundError, "^nowhere: holds no plan.json; expected the directory"):
+            pilesim_batch.Batch("nowhere")
+        with mock.patch.dict(os.environ, {"PILESIM": "/no/such/pilesim"}):
+            with self.assertRaisesRegex(pilesim.PilesimError, '^the program "/no/such/pilesim" cannot be started: No'):
+                pilesim.schema()
 
     def test_a_scene_to_start_from_can_be_changed(self):
         scene = pilesim.new("pile", SOURCE / "assets/box.obj", count=7)
