@@ -15,8 +15,9 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kColours[] = {"#333333", "#4c78a8", "#e45756", "#54a24b",
                                     "#f2b155", "#9467bd", "#72b7b2", "#9d755d"};
 
-// Put the key below, since names of modes are long; use powers of ten that fit side by side.
-constexpr const char* kKey = "set key below left reverse Left\nset format '%g'\n";
+// Put the key below, since names of modes are long, clear of the axis' label; use powers of ten
+// that fit side by side.
+constexpr const char* kKey = "set key below left reverse Left height 1\nset format '%g'\n";
 constexpr int kKeyRow = 19;  // pixels, per mode
 
 std::string colour_of(size_t mode) { return kColours[mode % std::size(kColours)]; }

@@ -46,6 +46,9 @@ class Report(CommandTest):
         self.assertIn("(D/T)&sup2;", page)
         self.assertEqual(page.count("<svg"), page.count('<div class="wide chart"><'))
         self.assertEqual(page.count("<table"), page.count('class="wide"><table') + page.count('class="wide modes"><table'))
+        height = {word: float(re.search(r'translate\([\d.]+,([\d.]+)\)"[^>]*>\s*<text>(<tspan[^>]*>)?' + word, page)[1])
+                  for word in ("largest error", "nothing better")}
+        self.assertGreater(height["nothing better"], height["largest error"] + 16)
         text = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<code>.*?</code>", "", page, flags=re.S)
         self.assertIsNone(re.search(r"\d\.\d{7,}", text))
 
