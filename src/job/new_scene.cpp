@@ -129,7 +129,8 @@ void size_pile(const Measured& body, int count, Values& values) {
 
 // A bin that the bodies fill slightly more than half, so that few rest above its rim. It is at
 // least large enough for a body to turn over in it.
-void size_bin(const Measured& body, int count, Values& values) {
+// `aspect`: width by height of the picture.
+void size_bin(const Measured& body, int count, double aspect, Values& values) {
   constexpr double kFull = 0.55, kDepth = 0.6;           // depth relative to the side
   constexpr double kLeastSide = 2.6, kLeastDepth = 0.6;  // radii of a body
   const double r = body.radius_m, room_m3 = count * room_of_each(body, kPoured) / kFull;
@@ -152,13 +153,14 @@ void size_bin(const Measured& body, int count, Values& values) {
       corners.emplace_back(x * mouth, centre + 2 * r, z * mouth);
     }
   }
-  const auto [width, height] = RenderSettings().size;
-  const CameraKey key = frame_places(direction, corners, 0, static_cast<double>(width) / height);
+  constexpr double kFilled = 0.92;  // of the picture
+  const CameraKey key = frame_places(direction, corners, 0, aspect, kFilled);
   const auto place = [](const Vec3& at) {
     return "[" + number(at.x()) + ", " + number(at.y()) + ", " + number(at.z()) + "]";
   };
   values["camera"] = "  \"camera\": {\"position\": " + place(key.position) +
-                     ", \"target\": " + place(key.target) + "}\n";
+                     ", \"target\": " + place(key.target) +
+                     "},\n  \"render\": {\"size\": [720, 720]}\n";
   values["away"] = number(std::hypot(key.position.x(), key.position.z()));
   values["above"] = number(key.position.y());
   values["target"] = number(key.target.y());
@@ -284,7 +286,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     values["guide"] = quoted(summary.guide.filename().generic_string());
   } else {
     count = job.count.value_or(kUsualCount);
-    size_bin(body, count, values);
+    size_bin(body, count, job.kind == NewSceneKind::bin ? 1 : 640 / 480.0, values);
     values["fewest"] = std::to_string(std::max(1, count / 3));
   }
   if (!has_guide) {

@@ -15,8 +15,6 @@ namespace {
 // From in front, to the right and above, as one looks at a table.
 const Vec3 kViewDirection = Vec3(0.5, 0.42, 0.86).normalized();
 constexpr double kFieldOfView = radians(35);
-// Bounding spheres fill this share of the picture's height or width, whichever is tighter.
-constexpr double kFilled = 0.8;
 constexpr uint64_t kFramesLookedAt = 48;
 constexpr size_t kBodiesLookedAt = 20'000;  // in each, about; in the last one all
 constexpr int kTurns = 8;                   // places around the scene that are tried
@@ -143,11 +141,11 @@ size_t planes_behind(const TrajectoryHeader& header, const TrajectoryFrame& fram
 }  // namespace
 
 CameraKey frame_places(const Vec3& direction, const std::vector<Vec3>& places, double radius,
-                       double aspect) {
+                       double aspect, double filled) {
   const Vec3 forward = -direction;
   const Vec3 right = forward.cross(Vec3::UnitY()).normalized();
   const Vec3 up = right.cross(forward);
-  const double tan_high = kFilled * std::tan(kFieldOfView / 2);
+  const double tan_high = filled * std::tan(kFieldOfView / 2);
   const double tan_wide = tan_high * aspect;
   Bounds box;
   for (const Vec3& place : places) box.extend(place);

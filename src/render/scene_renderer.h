@@ -18,9 +18,10 @@ CameraKey frame_action(TrajectoryReader& trajectory, double aspect);
 
 // A camera that looks from `direction` (a unit vector, not up or down) and has balls of `radius`,
 // m, about all `places` in the picture, with as much room left as right of them, and below as
-// above.
+// above. They fill the share `filled` of its height or width, whichever is tighter.
+inline constexpr double kUsuallyFilled = 0.8;
 CameraKey frame_places(const Vec3& direction, const std::vector<Vec3>& places, double radius,
-                       double aspect);
+                       double aspect, double filled = kUsuallyFilled);
 
 // Triangles from which on looking for hidden bodies pays (docs/lab/rendering.md).
 inline constexpr uint64_t kWorthHiding = 1'000'000;

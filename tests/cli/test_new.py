@@ -142,6 +142,11 @@ class New(CommandTest):
                 # Distance from the side planes of the picture.
                 beside = (most * (places @ ahead) - abs(places @ axis)) / math.hypot(1, most)
                 self.assertGreater(beside.min(), 0.06)
+            # The bin is large in it.
+            wall = half + scene["shapes"]["bin"]["thickness"]
+            corners = numpy.array([(x, y, z) for x in (-wall, wall) for y in (0, depth) for z in (-wall, wall)]) - eye
+            beside = corners @ right / (corners @ ahead) / (rise * width / height)
+            self.assertGreater(numpy.ptp(beside) / 2, 0.6)
             # The near wall hides less than half of the bottom.
             self.assertLess(depth * numpy.hypot(eye[0], eye[2]) / eye[1], half)
 
