@@ -187,7 +187,7 @@ BodySignatures load_signatures(const Model& model,
                    .found = "is \"" + file + "\", which does not exist",
                    .expected = "a signature of the shape's mesh",
                    .remedy = "Leave \"signature\" out, and it is measured when it is needed; or "
-                             "measure it now: " +
+                             "measure it: " +
                              sampling_command(shape, file)});
     }
     std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
