@@ -264,8 +264,11 @@ double convex_distance(const ConvexBody& a, const ConvexBody& b, double reach_m)
     if (least_m - radii_m > reach_m) return kInfinity;
     if (distance_m - least_m <= kConverged * difference.extent_m()) break;
     const Simplex next = with(simplex, corner);
-    if (next.holds_zero) return -depth_of_cores(difference, next) - radii_m;
-    if (!is_nearer(next, simplex)) break;  // as near as rounding lets it come
+    // A plane parts the cores: a flat tetrahedron on a curved one holds zero by rounding alone.
+    const bool is_apart = least_m > kRounding * difference.extent_m();
+    if (next.holds_zero && !is_apart) return -depth_of_cores(difference, next) - radii_m;
+    // As near as rounding lets it come.
+    if (next.holds_zero || !is_nearer(next, simplex)) break;
     simplex = next;
   }
   const double distance_m = simplex.nearest.norm() - radii_m;

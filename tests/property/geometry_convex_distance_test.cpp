@@ -204,6 +204,22 @@ TEST(ConvexDistanceProperty, OfCylindersOnAFloorAndOnEachOther) {
   }
 }
 
+// Tetrahedra on a round side are flat but for rounding: none of them holds a point outside.
+TEST(ConvexDistanceProperty, OfAPointOutsideACylinderHasAClosedForm) {
+  const double r = 0.02, h = 0.06;  // half of its height
+  for (uint64_t trial = 0; trial < 20'000; ++trial) {
+    Philox random(9, Stream::test, trial);
+    const Vec3 axis = random.direction(), side = axis.unitOrthogonal();
+    const Vec3 centre = test::random_arrow(random, 0, 0.1);
+    const double along = random.uniform(-0.09, 0.09), across = random.uniform(0, 0.06);
+    const double beside = std::hypot(std::max(across - r, 0.0), std::max(std::abs(along) - h, 0.0));
+    if (beside == 0) continue;
+    const PointHull ball({centre + along * axis + across * side}, r);
+    EXPECT_NEAR(convex_distance(ball, Drum(centre, axis, r, h), kFar), beside - r, 1e-7)
+        << "trial " << trial;
+  }
+}
+
 TEST(ConvexDistanceProperty, OfCylindersThatLieAlongEachOther) {
   // They touch along a line: all faces of the polytope there are level except for rounding.
   const double r = 0.025, h = 0.045;

@@ -1,6 +1,7 @@
 // Convex bodies for tests of distances.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "geometry/convex_distance.h"
@@ -29,17 +30,22 @@ class PointHull final : public ConvexBody {
 class Drum final : public ConvexBody {
  public:
   Drum(const Vec3& centre, const Vec3& axis, double radius, double half_height)
-      : centre_(centre), axis_(axis), disc_(radius), half_height_(half_height) {}
+      : centre_(centre),
+        axis_(axis),
+        side_(axis.unitOrthogonal()),
+        disc_(radius),
+        half_height_(half_height) {}
   Vec3 farthest(const Vec3& direction) const override {
-    const double along = axis_.dot(direction);
-    const Vec3 across = direction - along * axis_;
-    Vec3 point = centre_ + (along < 0 ? -half_height_ : half_height_) * axis_;
-    if (across.norm() > 0) point += disc_ * across.normalized();
+    // By its components: what is left of a direction along the axis is rounding.
+    const double x = side_.dot(direction), z = axis_.cross(side_).dot(direction);
+    const double across = std::hypot(x, z);
+    Vec3 point = centre_ + std::copysign(half_height_, axis_.dot(direction)) * axis_;
+    if (across > 0) point += disc_ / across * (x * side_ + z * axis_.cross(side_));
     return point;
   }
 
  private:
-  Vec3 centre_, axis_;
+  Vec3 centre_, axis_, side_;
   double disc_, half_height_;
 };
 
