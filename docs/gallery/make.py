@@ -27,6 +27,7 @@ STILLS = {
         "impulse/rings_and_poles": (),
         "impulse/l_shapes_300": (),
         "hard/iron_on_gravel": (),
+        "impulse/ragdolls": (),
     },
     "Hit, pulled, shaken": {
         "impulse/avalanche": ("2.7s",),

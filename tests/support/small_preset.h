@@ -54,6 +54,7 @@ class PresetShrinker {
     preset_.is_directed = scene_.contains("guide") || scene_.contains("piles");
     set("/duration_s", whole_s);
     drop_bodies();
+    drop_joints();
     shrink_emitters();
     hasten_events();
     coarsen_shapes();
@@ -80,6 +81,15 @@ class PresetShrinker {
       kept.push_back(std::move(body));
     }
     set("/bodies", kept);
+  }
+
+  // Those of bodies that are gone.
+  void drop_joints() {
+    PresetJson joints = list("joints");
+    std::erase_if(joints.get_ref<PresetJson::array_t&>(), [&](const PresetJson& joint) {
+      return gone_.contains(joint.value("a", "")) || gone_.contains(joint.value("b", ""));
+    });
+    if (scene_.contains("joints")) set("/joints", joints);
   }
 
   // Each keeps its share of the total time.
