@@ -46,6 +46,7 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     stored.triangles = shape.mesh.triangles;
     stored.colours = shape.mesh.colours;
     stored.texture_map = shape.mesh.texture_map;
+    stored.round = shape.round;
     const Json& source = sources.at(shape.source);
     stored.type = source.at("type");
     stored.file = source.value("file", "");

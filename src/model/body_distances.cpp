@@ -62,14 +62,17 @@ PlacedShape BodyDistances::place(uint32_t shape, const Pose& pose) const {
 
 // In a frame that has the world's axes and its origin at `origin`: distances keep their digits far
 // from the world's. Only those whose boxes come within reach of `nearby`.
-std::vector<PlacedPiece> BodyDistances::pieces(const PlacedShape& placed, const Vec3& origin,
-                                               const Bounds& nearby, double reach_m) const {
+std::vector<BodyDistances::BoxedPiece> BodyDistances::pieces(const PlacedShape& placed,
+                                                             const Vec3& origin,
+                                                             const Bounds& nearby,
+                                                             double reach_m) const {
   const Pose pose{placed.pose.position - origin, placed.pose.orientation};
   const Bounds within = widened(nearby, reach_m).translated(-origin);
-  std::vector<PlacedPiece> pieces;
+  std::vector<BoxedPiece> pieces;
   for (const PieceCore& core : cores_[placed.shape]) {
-    const PlacedPiece& piece = pieces.emplace_back(core, pose);
-    if (!piece.bounds().intersects(within)) pieces.pop_back();
+    const PlacedPiece piece(core, pose);
+    const Bounds box = piece.quick_bounds();
+    if (box.intersects(within)) pieces.push_back({piece, box});
   }
   return pieces;
 }
@@ -94,7 +97,7 @@ double BodyDistances::to_mesh(const PlacedShape& body, const PlacedShape& mesh,
   double nearest = kNone;
   for (const PieceCore& core : cores_[body.shape]) {
     const PlacedPiece piece(core, in_mesh);
-    const Bounds near = widened(piece.bounds(), reach_m);
+    const Bounds near = widened(piece.quick_bounds(), reach_m);
     const auto visit = [&](const Corners& corners) {
       nearest = std::min(nearest, convex_distance(piece, PlacedTriangle(corners), reach_m));
     };
@@ -110,14 +113,14 @@ double BodyDistances::to_mesh(const PlacedShape& body, const PlacedShape& mesh,
 
 double BodyDistances::of_pieces(const PlacedShape& a, const PlacedShape& b, double reach_m) const {
   const Vec3& origin = a.pose.position;
-  const std::vector<PlacedPiece> near_a = pieces(a, origin, b.box, reach_m);
-  const std::vector<PlacedPiece> near_b = pieces(b, origin, a.box, reach_m);
+  const std::vector<BoxedPiece> near_a = pieces(a, origin, b.box, reach_m);
+  const std::vector<BoxedPiece> near_b = pieces(b, origin, a.box, reach_m);
   double nearest = kNone;
-  for (const PlacedPiece& one : near_a) {
-    const Bounds box = widened(one.bounds(), reach_m);
-    for (const PlacedPiece& other : near_b) {
-      if (!box.intersects(other.bounds())) continue;
-      nearest = std::min(nearest, convex_distance(one, other, reach_m));
+  for (const BoxedPiece& one : near_a) {
+    const Bounds box = widened(one.box, reach_m);
+    for (const BoxedPiece& other : near_b) {
+      if (!box.intersects(other.box)) continue;
+      nearest = std::min(nearest, convex_distance(one.piece, other.piece, reach_m));
     }
   }
   return nearest;

@@ -34,8 +34,12 @@ class BodyDistances {
   double to_plane(const PlacedShape& body, const PlacedShape& plane) const;
   double to_mesh(const PlacedShape& body, const PlacedShape& mesh, double reach_m) const;
   double of_pieces(const PlacedShape& a, const PlacedShape& b, double reach_m) const;
-  std::vector<PlacedPiece> pieces(const PlacedShape& placed, const Vec3& origin,
-                                  const Bounds& nearby, double reach_m) const;
+  struct BoxedPiece {
+    PlacedPiece piece;
+    Bounds box;
+  };
+  std::vector<BoxedPiece> pieces(const PlacedShape& placed, const Vec3& origin,
+                                 const Bounds& nearby, double reach_m) const;
 
   const Model& model_;
   std::vector<std::vector<PieceCore>> cores_;  // by shape

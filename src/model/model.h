@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/round_surface.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh.h"
 #include "geometry/sphere_fit.h"
@@ -39,6 +40,7 @@ struct ModelShape {
   double size = 1;     // times that one
   bool is_plane = false;
   TriangleMesh mesh;                     // drawn, and collided with where collides_as_mesh
+  std::vector<RoundSurface> round;       // what its triangles stand for, where that is round
   Colour mean_colour{};                  // of mesh.colours, where there are any
   std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
   bool collides_as_mesh = false;         // concave, static or kinematic only

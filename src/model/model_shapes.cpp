@@ -15,6 +15,7 @@
 #include "geometry/mesh_mirror.h"
 #include "geometry/primitive_fit.h"
 #include "geometry/primitives.h"
+#include "geometry/round_crossings.h"
 #include "geometry/solid.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
@@ -89,6 +90,7 @@ void finish(ModelShape& shape, const TriangleMesh& solid) {
   shape.origin_offset = centre;
   shape.mass.centre_of_mass = Vec3::Zero();
   move(shape.mesh, -centre);
+  for (RoundSurface& round : shape.round) round.pose.position -= centre;
   for (CollisionPiece& piece : shape.pieces) {
     if (piece.kind == CollisionPiece::Kind::hull) {
       move(piece.hull, -centre);
@@ -320,10 +322,18 @@ class MeshShapeBuilder {
   std::string note_;
 };
 
+// All of a mesh stands for what `outline` sweeps; an empty one for nothing.
+void set_round(ModelShape& shape, RoundOutline outline) {
+  if (outline.empty()) return;
+  shape.round = {{.triangle_count = static_cast<uint32_t>(shape.mesh.triangles.size()),
+                  .outline = std::move(outline)}};
+}
+
 ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh mesh,
-                     const MassProperties& mass) {
+                     const MassProperties& mass, RoundOutline outline = {}) {
   ModelShape shape;
   shape.mesh = std::move(mesh);
+  set_round(shape, std::move(outline));
   shape.mass = mass;
   shape.pieces.push_back(primitive_piece(kind, size));
   finish(shape);
@@ -345,6 +355,7 @@ std::optional<SolidShape> solid_shape_at(const std::string& pointer, const Shape
 ModelShape build_solid(SolidShape solid) {
   ModelShape shape;
   shape.mesh = std::move(solid.mesh);
+  set_round(shape, std::move(solid.outline));
   shape.mass = solid.mass;
   shape.pieces = std::move(solid.pieces);
   shape.collision_report = std::move(solid.collision_report);
@@ -362,6 +373,13 @@ ModelShape build_solid(SolidShape solid) {
 MassProperties append_part(ModelShape& whole, const ModelShape& part, const Pose& pose) {
   const Pose body_frame = {pose.apply(part.origin_offset), pose.orientation};
   const auto first_vertex = static_cast<uint32_t>(whole.mesh.vertices.size());
+  const auto first_triangle = static_cast<uint32_t>(whole.mesh.triangles.size());
+  for (RoundSurface round : part.round) {
+    round.first_triangle += first_triangle;
+    round.pose = {body_frame.apply(round.pose.position),
+                  body_frame.orientation * round.pose.orientation};
+    whole.round.push_back(std::move(round));
+  }
   for (const Vec3& vertex : part.mesh.vertices) {
     whole.mesh.vertices.push_back(body_frame.apply(vertex));
   }
@@ -487,6 +505,13 @@ ModelShape resized(const ModelShape& shape, double size) {
   other.size = size * shape.size;
   other.name = shape.source + " x " + with_digits(other.size, 4);
   for (Vec3& vertex : other.mesh.vertices) vertex *= size;
+  for (RoundSurface& round : other.round) {
+    round.pose.position *= size;
+    for (OutlinePoint& point : round.outline) {
+      point.radius *= size;
+      point.y *= size;
+    }
+  }
   for (CollisionPiece& piece : other.pieces) {
     piece.pose.position *= size;
     piece.size *= size;
@@ -541,11 +566,12 @@ ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary&
     shape = primitive(Kind::box, box->size, box_mesh(box->size), box_mass_properties(box->size));
   } else if (const auto* ball = std::get_if<SphereShape>(&source)) {
     shape = primitive(Kind::sphere, Vec3::Constant(ball->radius), sphere_mesh(ball->radius),
-                      sphere_mass_properties(ball->radius));
+                      sphere_mass_properties(ball->radius), ball_outline(ball->radius));
   } else if (const auto* cylinder = std::get_if<CylinderShape>(&source)) {
     const auto& [radius, height] = *cylinder;
     shape = primitive(Kind::cylinder, {radius, height, radius}, cylinder_mesh(radius, height),
-                      cylinder_mass_properties(radius, height));
+                      cylinder_mass_properties(radius, height),
+                      frustum_outline(radius, radius, height));
   } else if (const auto* compound = std::get_if<CompoundShape>(&source)) {
     shape = build_compound(scene, *compound, shape_pointer(name), meshes);
   } else if (const auto* terrain = std::get_if<TerrainShape>(&source)) {

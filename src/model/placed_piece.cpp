@@ -1,15 +1,15 @@
 #include "model/placed_piece.h"
 
 #include <cmath>
+#include <limits>
 
 namespace pilesim {
 
 PieceCore::PieceCore(const CollisionPiece& piece) : kind_(piece.kind), pose_(piece.pose) {
   switch (kind_) {
     case CollisionPiece::Kind::hull:
-      corners_.resize(3, static_cast<Eigen::Index>(piece.hull.vertices.size()));
-      for (size_t i = 0; i < piece.hull.vertices.size(); ++i) {
-        corners_.col(static_cast<Eigen::Index>(i)) = piece.hull.vertices[i];
+      for (const Vec3& vertex : piece.hull.vertices) {
+        for (size_t k = 0; k < 3; ++k) corners_[k].push_back(vertex[static_cast<Eigen::Index>(k)]);
       }
       break;
     case CollisionPiece::Kind::box:
@@ -22,14 +22,24 @@ PieceCore::PieceCore(const CollisionPiece& piece) : kind_(piece.kind), pose_(pie
       half_extent_ = {piece.size.x(), piece.size.y() / 2, piece.size.z()};
       break;
   }
+  box_ = PlacedPiece(*this, {.orientation = pose_.orientation.conjugate()}).bounds();
+  box_.translate(-(pose_.orientation.conjugate() * pose_.position));
 }
 
 Vec3 PieceCore::farthest(const Vec3& direction) const {
   switch (kind_) {
     case CollisionPiece::Kind::hull: {
-      Eigen::Index farthest;
-      (direction.transpose() * corners_).maxCoeff(&farthest);
-      return corners_.col(farthest);
+      const auto& [x, y, z] = corners_;
+      size_t farthest = 0;
+      double most = -std::numeric_limits<double>::infinity();
+      for (size_t i = 0; i < x.size(); ++i) {
+        const double along = x[i] * direction.x() + y[i] * direction.y() + z[i] * direction.z();
+        if (along > most) {
+          most = along;
+          farthest = i;
+        }
+      }
+      return {x[farthest], y[farthest], z[farthest]};
     }
     case CollisionPiece::Kind::box:
       return half_extent_.binaryExpr(
@@ -57,6 +67,13 @@ PlacedPiece::PlacedPiece(const PieceCore& core, const Pose& body)
 
 Vec3 PlacedPiece::farthest(const Vec3& direction) const {
   return position_ + turn_ * core_->farthest(turn_.transpose() * direction);
+}
+
+Bounds PlacedPiece::quick_bounds() const {
+  const Bounds& box = core_->box();
+  const Vec3 centre = position_ + turn_ * box.center();
+  const Vec3 half = turn_.cwiseAbs() * (box.sizes() / 2);
+  return {centre - half, centre + half};
 }
 
 Bounds PlacedPiece::bounds() const {

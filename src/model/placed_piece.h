@@ -1,6 +1,7 @@
 // Collision pieces of the model where their bodies stand, for distances.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "geometry/convex_distance.h"
@@ -15,14 +16,16 @@ class PieceCore {
 
   const Pose& pose() const { return pose_; }     // of the piece in the body frame
   double radius_m() const { return radius_m_; }  // about the core
+  const Bounds& box() const { return box_; }     // m, of core and radius, in the piece's frame
   Vec3 farthest(const Vec3& direction) const;    // in the piece's frame; see ConvexBody
 
  private:
   CollisionPiece::Kind kind_;
   Pose pose_;
-  Vec3 half_extent_;          // m, of a box; a cylinder's (radius, half of its height, radius)
-  Eigen::Matrix3Xd corners_;  // m, of a hull
+  Vec3 half_extent_;  // m, of a box; a cylinder's (radius, half of its height, radius)
+  std::array<std::vector<double>, 3> corners_;  // m, of a hull: x, y and z
   double radius_m_ = 0;
+  Bounds box_;
 };
 
 class PlacedPiece final : public ConvexBody {
@@ -30,7 +33,8 @@ class PlacedPiece final : public ConvexBody {
   // `body` is the pose of its body in any frame. `core` must outlive it.
   PlacedPiece(const PieceCore& core, const Pose& body);
   Vec3 farthest(const Vec3& direction) const override;
-  Bounds bounds() const;
+  Bounds bounds() const;        // the smallest
+  Bounds quick_bounds() const;  // may be larger
 
  private:
   const PieceCore* core_;

@@ -10,6 +10,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/flat_regions.h"
 #include "geometry/revolved.h"
+#include "geometry/round_crossings.h"
 #include "geometry/text_outlines.h"
 
 namespace pilesim {
@@ -60,7 +61,8 @@ SolidShape made(const ConeShape& cone) {
     drawn.insert(drawn.end() - 1, tip + kTip * (base - tip));
   }
   const double wider = std::max(cone.radius, cone.top_radius);
-  return {revolved_mesh(drawn, kSides), revolved_mass(profile), hull_pieces(std::move(hull)),
+  return {revolved_mesh(drawn, kSides), frustum_outline(cone.radius, cone.top_radius, cone.height),
+          revolved_mass(profile), hull_pieces(std::move(hull)),
           report("cone", 1, wider * (1 - std::cos(kPi / kSides)))};
 }
 
@@ -69,6 +71,7 @@ SolidShape made(const CapsuleShape& capsule) {
   std::vector<CollisionPiece> pieces = capsule_pieces({}, radius, height);
   std::string text = counted(pieces.size(), "piece") + ", exact";
   return {revolved_mesh(capsule_profile(radius, height, kAcross), kSides),
+          capsule_outline(radius, height),
           revolved_mass(capsule_profile(radius, height, kFineAcross)), std::move(pieces),
           std::move(text)};
 }
@@ -81,7 +84,7 @@ SolidShape made(const TorusShape& torus) {
   const double corner = tube / std::cos(kPi / kTubeSides);
   const int count = ring_sides(ring + tube, kError * tube, kFewestPieces);
   const double error_m = corner - tube + ring_error(ring + corner, count);
-  return {revolved_mesh(torus_profile(ring, tube, 2 * kAcross), kSides),
+  return {revolved_mesh(torus_profile(ring, tube, 2 * kAcross), kSides), torus_outline(ring, tube),
           revolved_mass(torus_profile(ring, tube, 2 * kFineAcross)),
           hull_pieces(ring_pieces(torus_profile(ring, corner, kTubeSides), count, 1)),
           report("torus", static_cast<size_t>(count), error_m)};
@@ -94,8 +97,8 @@ SolidShape made(const TubeShape& tube) {
   const Profile profile = tube_profile(tube.radius, inner, tube.height);
   const int count = ring_sides(tube.radius, kError * tube.thickness, kFewestPieces);
   const int facets = std::max(1, kSides / count);
-  return {revolved_mesh(profile, kSides), revolved_mass(profile),
-          hull_pieces(ring_pieces(profile, count, facets)),
+  return {revolved_mesh(profile, kSides), tube_outline(tube.radius, inner, tube.height),
+          revolved_mass(profile), hull_pieces(ring_pieces(profile, count, facets)),
           report("tube", static_cast<size_t>(count), ring_error(inner, count))};
 }
 
@@ -111,7 +114,7 @@ SolidShape made(const WedgeShape& wedge) {
                     {1, 2, 5}, {1, 5, 4}, {0, 3, 5}, {0, 5, 2}};
   std::vector<TriangleMesh> hull = {mesh};
   const MassProperties mass = mass_properties(mesh);
-  return {std::move(mesh), mass, hull_pieces(std::move(hull)), "1 piece, exact"};
+  return {std::move(mesh), {}, mass, hull_pieces(std::move(hull)), "1 piece, exact"};
 }
 
 // The regions of a letter whose curves are followed to `tolerance`, in heights of a capital letter.

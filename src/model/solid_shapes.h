@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "core/round_surface.h"
 #include "model/model.h"
 
 namespace pilesim {
 
 // In the shape's own frame.
 struct SolidShape {
-  TriangleMesh mesh;    // closed
-  MassProperties mass;  // of the shape itself where it is round, not of the mesh
+  TriangleMesh mesh;     // closed
+  RoundOutline outline;  // about the y axis, where the mesh stands for that; else empty
+  MassProperties mass;   // of the shape itself where it is round, not of the mesh
   std::vector<CollisionPiece> pieces;
   std::string collision_report;
 };

@@ -209,18 +209,57 @@ uint8_t surface_kind(const TrajectoryHeader& header, size_t body) {
   return static_cast<uint8_t>((is_painted ? kPainted : kOwn) + gloss_code(header, body));
 }
 
+uint32_t triangle_at(const TrajectoryShape& shape, uint32_t index) {
+  for (const RoundSurface& surface : shape.round) {
+    if (index >= surface.first_triangle) index += surface.triangle_count;
+  }
+  return index;
+}
+
+namespace {
+
+// Those that no round surface replaces.
+std::vector<std::array<uint32_t, 3>> flat_triangles(const TrajectoryShape& shape) {
+  std::vector<std::array<uint32_t, 3>> flat;
+  auto next = shape.triangles.begin();
+  for (const RoundSurface& surface : shape.round) {
+    const auto first = shape.triangles.begin() + surface.first_triangle;
+    flat.insert(flat.end(), next, first);
+    next = first + surface.triangle_count;
+  }
+  flat.insert(flat.end(), next, shape.triangles.end());
+  return flat;
+}
+
+RenderMesh mesh_for(MeshUse use, const TrajectoryShape& shape) {
+  if (use == MeshUse::hits) {
+    RenderMesh mesh = make_plain_mesh(shape.vertices, flat_triangles(shape));
+    for (const Vec3f& vertex : shape.vertices)
+      mesh.radius_m = std::max(mesh.radius_m, vertex.norm());
+    mesh.round = shape.round;
+    return mesh;
+  }
+  RenderMesh whole =
+      make_render_mesh(shape.vertices, shape.triangles, shape.colours, shape.texture_map);
+  if (use == MeshUse::raster || shape.round.empty()) return whole;
+  RenderMesh mesh = make_render_mesh(shape.vertices, flat_triangles(shape));
+  mesh.round = shape.round;
+  mesh.radius_m = whole.radius_m;
+  mesh.closed = whole.closed;
+  mesh.mean_chord_m = whole.mean_chord_m;
+  return mesh;
+}
+
+}  // namespace
+
 RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshUse use)
     : shape(header.body_shape), moves(header.body_moves), colours(told) {
   meshes.reserve(header.shapes.size());
   std::map<const Texture*, std::shared_ptr<const MipMap>> mip_maps;  // shapes share them
   for (const TrajectoryShape& source : header.shapes) {
     is_plane.push_back(source.is_plane ? 1 : 0);
-    if (use == MeshUse::hits) {
-      meshes.push_back(make_plain_mesh(source.vertices, source.triangles));
-      continue;
-    }
-    meshes.push_back(
-        make_render_mesh(source.vertices, source.triangles, source.colours, source.texture_map));
+    meshes.push_back(mesh_for(use, source));
+    if (use == MeshUse::hits) continue;
     for (const std::shared_ptr<const Texture>& texture : source.texture_map.textures) {
       std::shared_ptr<const MipMap>& known = mip_maps[texture.get()];
       if (!known) known = std::make_shared<const MipMap>(texture);

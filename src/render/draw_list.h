@@ -57,9 +57,14 @@ struct DrawList {
   uint64_t triangle_count = 0;
 };
 
-// The use that meshes are prepared for: pictures, or finding which triangle of the trajectory is in
-// front.
-enum class MeshUse : uint8_t { pictures, hits };
+// The use that meshes are prepared for: pictures of triangles, pictures by rays, or finding by rays
+// which triangle of the trajectory is in front. Rays meet round surfaces, not the triangles that
+// stand for them.
+enum class MeshUse : uint8_t { raster, rays, hits };
+
+// Index into the shape's triangles of the one that is number `index` of those that no round surface
+// replaces.
+uint32_t triangle_at(const TrajectoryShape& shape, uint32_t index);
 
 // The scene as the renderer keeps it, one entry a body or a shape of the trajectory.
 struct RenderScene {
@@ -76,7 +81,7 @@ struct RenderScene {
   Vec3 origin = Vec3::Zero();
 
   explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own,
-                       MeshUse use = MeshUse::pictures);
+                       MeshUse use = MeshUse::raster);
   PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
   // Where colours mean something, there is none.
   PatternCode pattern_of(const TrajectoryFrame& frame, size_t body) const;

@@ -12,13 +12,14 @@ namespace pilesim {
 // Nothing is seen in this pixel.
 inline constexpr uint32_t kNoInstance = 0;
 
-// Which triangle is in front. Rows from top to bottom, no padding.
+// Which surface is in front. Rows from top to bottom, no padding.
 struct SurfaceHits {
   int width = 0, height = 0;
   std::vector<uint32_t> instance;  // (height, width) body of the trajectory + 1, or kNoInstance
-  // (height, width) index into TrajectoryShape::triangles; of planes 0. Where there is no instance
-  // it says nothing.
+  // (height, width) index into TrajectoryShape::triangles, or from their number on into its round
+  // surfaces; of planes 0. Where there is no instance it says nothing.
   std::vector<uint32_t> triangle;
+  std::vector<float> depth;  // (height, width) m along the optical axis, to about 1e-6 of it
 
   void resize(int columns, int rows) {
     width = columns;
@@ -26,6 +27,7 @@ struct SurfaceHits {
     const auto pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
     instance.assign(pixels, kNoInstance);
     triangle.assign(pixels, 0);
+    depth.assign(pixels, std::numeric_limits<float>::infinity());
   }
 };
 
@@ -60,8 +62,8 @@ struct PassImages {
   std::vector<float> depth;        // (height, width) m along the optical axis, infinity: nothing
   std::vector<uint32_t> instance;  // (height, width) body of the trajectory + 1, 0: nothing
   std::vector<uint32_t> shape;     // (height, width) shape of the trajectory + 1, 0: nothing
-  // (height, width, 3) unit, camera frame: of the triangle itself, not smoothed, turned towards the
-  // camera; 0: nothing.
+  // (height, width, 3) unit, camera frame: of the surface itself, triangles not smoothed, turned
+  // towards the camera; 0: nothing.
   std::vector<float> normal;
   // (height, width, 2) pixels, column and row: where the surface's point will be in the next frame
   // of the trajectory, less where it is. NaN where nothing is, in the last frame, and of what is

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/colour.h"
+#include "core/round_surface.h"
 #include "core/texture.h"
 #include "core/types.h"
 #include "render/mip_map.h"
@@ -52,8 +53,9 @@ struct RenderMesh {
   std::vector<uint32_t> indices;
   std::vector<MeshLevel> levels;  // >= 1, from the full mesh to the coarsest
   std::vector<std::shared_ptr<const MipMap>> textures;
-  float radius_m = 0;   // of the sphere about the body's origin that holds it
-  bool closed = false;  // every edge has two triangles of opposite directions
+  std::vector<RoundSurface> round;  // surfaces that belong to it beside its triangles
+  float radius_m = 0;               // of the sphere about the body's origin that holds it
+  bool closed = false;              // every edge has two triangles of opposite directions
   // Mean length of its part of straight lines that go through it, 4 V / S (Cauchy); 0: not closed.
   float mean_chord_m = 0;
 };

@@ -35,6 +35,7 @@
 
 #include "core/body_flags.h"
 #include "core/colour.h"
+#include "core/round_surface.h"
 #include "core/texture.h"
 #include "core/types.h"
 
@@ -45,8 +46,9 @@ struct TrajectoryShape {
   bool is_plane = false;        // the half-space y <= 0 of the body; no mesh
   std::vector<Vec3f> vertices;  // (V) m, body frame
   std::vector<std::array<uint32_t, 3>> triangles;
-  std::vector<Colour> colours;  // (T) from its file, for painted bodies; or empty
-  TextureMap texture_map;       // texture used instead of colours
+  std::vector<Colour> colours;      // (T) from its file, for painted bodies; or empty
+  TextureMap texture_map;           // texture used instead of colours
+  std::vector<RoundSurface> round;  // what triangles stand for; disjoint, ascending ranges of them
   // From the shape's own frame, that of its mesh file or primitive, to the body frame: a point f of
   // the file becomes scale * f - centre_of_mass; if the file's z is up, f is (x, z, -y) of it.
   std::string type;                    // "mesh", "box", ... as in the scene

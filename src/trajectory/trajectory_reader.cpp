@@ -159,6 +159,43 @@ TextureMap read_texture_map(const fs::path& directory, size_t triangles, const T
   return map;
 }
 
+// `triangles`: how many the shape has.
+std::vector<RoundSurface> read_round(const fs::path& file, const ordered_json& shape,
+                                     size_t triangles) {
+  std::vector<RoundSurface> surfaces;
+  if (!shape.contains("round")) return surfaces;
+  uint64_t end = 0;
+  for (const auto& item : attribute<std::vector<ordered_json>>(file, shape, "round", "a list")) {
+    RoundSurface& surface = surfaces.emplace_back();
+    const auto range =
+        attribute<std::array<uint32_t, 2>>(file, item, "triangles", "the first, and how many");
+    std::tie(surface.first_triangle, surface.triangle_count) = std::tie(range[0], range[1]);
+    if (range[0] < end || uint64_t{range[0]} + range[1] > triangles) {
+      reject(file, "a round surface replaces triangles that it has not",
+             "ranges in ascending order within " + counted(triangles, "triangle"));
+    }
+    end = uint64_t{range[0]} + range[1];
+    const auto p = attribute<std::array<double, 3>>(file, item, "position", "x, y, z");
+    surface.pose.position = {p[0], p[1], p[2]};
+    const auto q =
+        attribute<std::array<double, 4>>(file, item, "orientation", "a unit quaternion w, x, y, z");
+    surface.pose.orientation = {q[0], q[1], q[2], q[3]};
+    for (const auto& [radius, y, bulge] : attribute<std::vector<std::array<double, 3>>>(
+             file, item, "outline", "points of radius, y and bulge")) {
+      if (!(radius >= 0) || !(bulge >= 0 && bulge <= 1)) {
+        reject(file, "an outline has a negative radius or a bulge outside of 0 to 1",
+               "points of radius, y and bulge");
+      }
+      surface.outline.push_back({radius, y, bulge});
+    }
+    if (surface.outline.size() < 2 || surface.outline.size() > kMostOutlinePoints) {
+      reject(file, "an outline has " + counted(surface.outline.size(), "point"),
+             "2 to " + std::to_string(kMostOutlinePoints));
+    }
+  }
+  return surfaces;
+}
+
 TrajectoryShape read_shape(const fs::path& directory, const Textures& textures) {
   TrajectoryShape shape;
   const auto vertices = read_zarr_values<std::array<float, 3>>(
@@ -216,6 +253,7 @@ TrajectoryHeader read_header(const fs::path& store) {
     const auto q = attribute<std::array<double, 4>>(file, shapes[i], "principal_axes",
                                                     "a unit quaternion w, x, y, z");
     shape.principal_axes = {q[0], q[1], q[2], q[3]};
+    shape.round = read_round(file, shapes[i], shape.triangles.size());
     header.shapes.push_back(std::move(shape));
   }
 

@@ -35,6 +35,21 @@ Textures all_textures(const TrajectoryHeader& header) {
   return textures;
 }
 
+ordered_json round_attributes(const std::vector<RoundSurface>& surfaces) {
+  ordered_json list = ordered_json::array();
+  for (const RoundSurface& surface : surfaces) {
+    const Vec3& p = surface.pose.position;
+    const Quat& q = surface.pose.orientation;
+    ordered_json outline = ordered_json::array();
+    for (const auto& [radius, y, bulge] : surface.outline) outline.push_back({radius, y, bulge});
+    list.push_back({{"triangles", {surface.first_triangle, surface.triangle_count}},
+                    {"position", {p.x(), p.y(), p.z()}},
+                    {"orientation", {q.w(), q.x(), q.y(), q.z()}},
+                    {"outline", std::move(outline)}});
+  }
+  return list;
+}
+
 ordered_json attributes(const TrajectoryHeader& header, const Textures& textures) {
   ordered_json json;
   json["format"] = layout::kFormat;
@@ -59,6 +74,7 @@ ordered_json attributes(const TrajectoryHeader& header, const Textures& textures
                               {"up", shape.is_z_up ? "z" : "y"},
                               {"centre_of_mass", {c.x(), c.y(), c.z()}},
                               {"principal_axes", {q.w(), q.x(), q.y(), q.z()}}});
+    if (!shape.round.empty()) json["shapes"].back()["round"] = round_attributes(shape.round);
   }
   for (const std::shared_ptr<const Texture>& texture : textures) {
     json["textures"].push_back({{"width", texture->width}, {"height", texture->height}});

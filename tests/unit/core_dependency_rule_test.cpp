@@ -55,7 +55,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"finish", {"core", "geometry", "scene", "model", "simulate", "simulate/exact", "trajectory"}},
     {"report", {"core", "json", "geometry", "signature/rest", "trajectory"}},
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
-    {"render/rays", {"core", "scene", "trajectory", "render"}},
+    {"render/rays", {"core", "geometry", "scene", "trajectory", "render"}},
     {"render/dataset",
      {"core", "json", "geometry", "scene", "trajectory", "render", "render/rays"}},
     {"export", {"core", "scene", "trajectory", "render", "render/dataset"}},

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
+#include "geometry/round_crossings.h"
 #include "model/model.h"
 #include "scene/scene_loader.h"
 #include "support/scratch_directory.h"
@@ -77,6 +78,48 @@ TEST_F(SolidShapes, RoundOnesHaveTheMassOfClosedForms) {
   const double tube = kPi * (1 - 0.64) * 0.5;
   expect_solid(shape(R"("type": "tube", "radius": 1, "height": 0.5, "thickness": 0.2)"), tube,
                tube * (1 + 0.64) / 2);
+}
+
+// Vertices of what is drawn lie on the round surface that it stands for; at any size, and as a part
+// of another.
+TEST_F(SolidShapes, DrawnVerticesLieOnRoundSurfaces) {
+  for (const char* keys :
+       {R"("type": "sphere", "radius": 0.5)", R"("type": "cylinder", "radius": 0.5, "height": 2)",
+        R"("type": "cone", "radius": 0.5, "height": 2)",
+        R"("type": "cone", "radius": 0.5, "top_radius": 0.7, "height": 1)",
+        R"("type": "capsule", "radius": 0.2, "height": 1)",
+        R"("type": "torus", "radius": 0.4, "tube_radius": 0.1)",
+        R"("type": "tube", "radius": 0.4, "height": 1, "thickness": 0.05)"}) {
+    const std::string part =
+        std::string(R"("p": {)") + keys + R"(}, "b": {"type": "box", "size": [1, 1, 1]},)";
+    const std::string whole =
+        R"("s": {"type": "compound", "parts": [{"shape": "b", "position": [3, 0, 0]},
+        {"shape": "p", "position": [0, 1, 0], "rotation_deg": [20, 30, 40]}, {"shape": "p", "position": [0, -1, 0]}]})";
+    const ModelShape alone = shape(keys), compound = build(part + whole).shapes.back();
+    EXPECT_EQ(alone.round.size(), 1u);
+    EXPECT_EQ(compound.round.size(), 2u);
+    for (const ModelShape& shape : {alone, compound}) {
+      for (const RoundSurface& round : shape.round) {
+        for (uint32_t t = 0; t < round.triangle_count; ++t) {
+          const Triangle& corners = shape.mesh.triangles[round.first_triangle + t];
+          const Vec3 middle = (shape.mesh.vertices[corners[0]] + shape.mesh.vertices[corners[1]] +
+                               shape.mesh.vertices[corners[2]]) /
+                              3;
+          for (const uint32_t corner : corners) {
+            // A little off the rims, where two surfaces meet.
+            const Vec3 vertex = shape.mesh.vertices[corner];
+            const Vec3 place = vertex + 1e-6 * (middle - vertex);
+            const Vec3 normal = outward_normal(round, place);
+            double nearest = 1;
+            for (const double distance : crossings(round, place + 0.01 * normal, -normal)) {
+              nearest = std::min(nearest, std::abs(distance - 0.01));
+            }
+            EXPECT_LT(nearest, 2e-6) << keys;
+          }
+        }
+      }
+    }
+  }
 }
 
 TEST_F(SolidShapes, AFrustumIsACylinderOrAConeAtItsEnds) {

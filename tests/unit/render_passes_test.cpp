@@ -6,6 +6,7 @@
 
 #include "core/parallel_for.h"
 #include "core/philox.h"
+#include "geometry/round_crossings.h"
 #include "render/dataset/resolve_hits.h"
 #include "render/rays/ray_hits.h"
 #include "render/scene_renderer.h"
@@ -87,6 +88,55 @@ TEST(Passes, DepthNormalAndOutlineOfASphere) {
   }
   EXPECT_GT(inside, 700);
   EXPECT_LE(unlike, 2);
+}
+
+// Coarse triangles stand for a ball and a ring: passes are of what they stand for, in depth, normal
+// and outline.
+TEST(Passes, RoundSurfacesAreExact) {
+  const double ring = 0.4, tube = 0.12;
+  DrawnScene scene;
+  for (const RoundOutline& outline : {ball_outline(0.5), torus_outline(ring, tube)}) {
+    TrajectoryShape shape = test::sphere_shape(0.52f, 5);
+    shape.round = {
+        {.triangle_count = static_cast<uint32_t>(shape.triangles.size()), .outline = outline}};
+    // A flat triangle beside it keeps its number.
+    const auto first = static_cast<uint32_t>(shape.vertices.size());
+    for (const float x : {0.0f, 0.1f, 0.2f}) shape.vertices.emplace_back(x, 0.6f, x * x);
+    shape.triangles.push_back({first, first + 1, first + 2});
+    scene.header.shapes.push_back(shape);
+  }
+  const Quatf tilted(Eigen::AngleAxisf(0.9f, Vec3f(1, 0.3f, 0).normalized()));
+  scene.add(3, {-0.6f, 1.1f, 0}, test::kRed, true, tilted);
+  scene.add(4, {0.6f, 1.1f, 0}, test::kRed, true, tilted);
+  const PassImages images = passes_of(scene, kLevel, {320, 240});
+  const Pinhole eye = make_pinhole(kLevel, 320, 240);
+  std::array<int, 2> seen{};
+  for (int row = 0; row < 240; ++row) {
+    for (int column = 0; column < 320; ++column) {
+      const size_t i = at(images, column, row);
+      if (images.instance[i] < 2) continue;
+      const size_t body = images.instance[i] - 1;
+      const Mat3 rotation =
+          eye.rotation * scene.frame.orientation[body].cast<double>().toRotationMatrix();
+      const Vec3 place = images.depth[i] * eye.ray(column, row);
+      const Vec3 own = rotation.transpose() * (place - eye.in_camera(scene.frame.position[body]));
+      // The nearest point of the ball's centre, or of the circle in the middle of the ring.
+      Vec3 middle = Vec3::Zero();
+      if (body == 2) middle = ring * Vec3(own.x(), 0, own.z()).normalized();
+      const double radius = body == 2 ? tube : 0.5;
+      if (own.y() > 0.55) continue;  // the flat triangle
+      ++seen[body - 1];
+      EXPECT_NEAR((own - middle).norm(), radius, 2e-6);
+      const Vec3 normal = rotation * (own - middle).normalized();
+      for (int k = 0; k < 3; ++k) EXPECT_NEAR(images.normal[3 * i + k], normal[k], 1e-5);
+    }
+  }
+  // The ellipse in which a ball is seen.
+  const Vec3 centre = eye.in_camera(scene.frame.position[1]);
+  const double area = kPi * eye.fx * eye.fy * 0.25 * std::sqrt(centre.squaredNorm() - 0.25) /
+                      std::pow(centre.z() * centre.z() - 0.25, 1.5);
+  EXPECT_NEAR(seen[0], area, 0.02 * area);
+  EXPECT_GT(seen[1], 1000);
 }
 
 // Visible points lie on the body's surface: another numbering of triangles would be noticed. Also

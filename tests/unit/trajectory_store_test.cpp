@@ -69,6 +69,36 @@ TEST_F(TrajectoryStore, GivesBackTheColoursOfShapesAndWhoIsPainted) {
   EXPECT_THROW(TrajectoryReader{store_}, Error);
 }
 
+TEST_F(TrajectoryStore, GivesBackRoundSurfacesAndRefusesThoseThatCannotBe) {
+  TrajectoryHeader header = make_header(3);
+  RoundSurface round{.first_triangle = 1, .triangle_count = 3};
+  round.pose = {{1, -2, 0.125}, Quat(0.5, 0.5, -0.5, 0.5)};
+  round.outline = {{0, -1, 0}, {0.25, -1, 0.5}, {0, 1, 0}};
+  header.shapes[0].round = {round};
+  { const TrajectoryWriter writer(store_, header); }
+  const RoundSurface back = TrajectoryReader(store_).header().shapes[0].round.at(0);
+  EXPECT_EQ(back.first_triangle, 1u);
+  EXPECT_EQ(back.triangle_count, 3u);
+  EXPECT_EQ(back.pose.position, round.pose.position);
+  EXPECT_EQ(back.pose.orientation.coeffs(), round.pose.orientation.coeffs());
+  ASSERT_EQ(back.outline.size(), 3u);
+  EXPECT_EQ(back.outline[1].radius, 0.25);
+  EXPECT_EQ(back.outline[1].y, -1);
+  EXPECT_EQ(back.outline[1].bulge, 0.5);
+  const auto refused = [&](const auto& change) {
+    fs::remove_all(store_);
+    TrajectoryHeader wrong = header;
+    change(wrong.shapes[0].round[0]);
+    { const TrajectoryWriter writer(store_, wrong); }
+    EXPECT_THROW(TrajectoryReader{store_}, Error);
+  };
+  refused([](RoundSurface& surface) { surface.triangle_count = 4; });
+  refused([](RoundSurface& surface) { surface.outline[1].bulge = 1.5; });
+  refused([](RoundSurface& surface) { surface.outline[1].radius = -1; });
+  refused([](RoundSurface& surface) { surface.outline.resize(1); });
+  refused([](RoundSurface& surface) { surface.outline.resize(kMostOutlinePoints + 1); });
+}
+
 TEST_F(TrajectoryStore, GivesBackHowGlossyBodiesAre) {
   TrajectoryHeader header = make_header(3);
   header.body_gloss = {{0.45f, 0}, {0.1f, 1}, {1, 0.25f}};

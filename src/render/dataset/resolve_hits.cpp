@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/parallel_for.h"
+#include "geometry/round_crossings.h"
 
 namespace pilesim {
 namespace {
@@ -58,6 +59,21 @@ Surface on_triangle(const TrajectoryShape& shape, uint32_t triangle, const Mat3&
   return {std::isfinite(depth) ? depth : far, slope > 0 ? Vec3(-normal) : normal};
 }
 
+// `rotation`, `place`: the body in the camera frame. `depth_m`: about what comes out.
+Surface on_round(const RoundSurface& round, const Mat3& rotation, const Vec3& place,
+                 const Vec3& ray, double depth_m) {
+  const Vec3 origin = -(rotation.transpose() * place), direction = rotation.transpose() * ray;
+  // Where the ray only grazes it, whoever found it may round to the other side.
+  double nearest = depth_m, off = std::numeric_limits<double>::infinity();
+  for (const double distance : crossings(round, origin, direction)) {
+    if (std::abs(distance - depth_m) >= off) continue;
+    off = std::abs(distance - depth_m);
+    nearest = distance;
+  }
+  const Vec3 normal = rotation * outward_normal(round, origin + nearest * direction);
+  return {nearest, normal.dot(ray) > 0 ? Vec3(-normal) : normal};
+}
+
 // A body's pose in the camera frame, and in the next one.
 class Resolver {
  public:
@@ -76,7 +92,8 @@ class Resolver {
     uint32_t& instance = hits.instance[at];
     Surface surface;
     if (instance != kNoInstance && shape_of(instance - 1).is_plane) instance = kNoInstance;
-    if (instance != kNoInstance) surface = on_body(instance - 1, hits.triangle[at], ray);
+    if (instance != kNoInstance)
+      surface = on_body(instance - 1, hits.triangle[at], ray, hits.depth[at]);
     for (const CameraPlane& plane : planes_) {
       const double slope = plane.normal.dot(ray);
       if (slope >= 0 || plane.offset / slope >= surface.depth_m) continue;
@@ -101,10 +118,13 @@ class Resolver {
     return header_.shapes[header_.body_shape[body]];
   }
 
-  Surface on_body(size_t body, uint32_t triangle, const Vec3& ray) const {
+  Surface on_body(size_t body, uint32_t triangle, const Vec3& ray, double depth_m) const {
     const Mat3 rotation = now_.camera.rotation * rotation_of(now_.frame, body).toRotationMatrix();
-    return on_triangle(shape_of(body), triangle, rotation,
-                       now_.camera.in_camera(now_.frame.position[body]), ray);
+    const Vec3 place = now_.camera.in_camera(now_.frame.position[body]);
+    const TrajectoryShape& shape = shape_of(body);
+    const size_t flat = shape.triangles.size();
+    return triangle < flat ? on_triangle(shape, triangle, rotation, place, ray)
+                           : on_round(shape.round[triangle - flat], rotation, place, ray, depth_m);
   }
 
   // Motion of the body's point that is at `seen` in the camera frame.

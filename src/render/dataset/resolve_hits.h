@@ -1,5 +1,5 @@
 // From the surface that is in front in each pixel to all that is told of it: computed from the
-// trajectory's own triangles in double precision, so that it is exact.
+// trajectory's own triangles and round surfaces in double precision, so that it is exact.
 #pragma once
 
 #include <functional>

@@ -76,14 +76,16 @@ PixelBox silhouette_box(const Pinhole& camera, const Vec3& centre, double radius
 
 // All in the camera frame: floats are the finer the nearer to the eye.
 struct RayHits::State {
+  const TrajectoryHeader& header;
   RenderScene scene;
   RayScene traced;
   double near_m;
   Pinhole camera;
   TrajectoryFrame seen;
 
-  explicit State(const TrajectoryHeader& header)
-      : scene(header, BodyColours::own, MeshUse::hits),
+  explicit State(const TrajectoryHeader& told)
+      : header(told),
+        scene(header, BodyColours::own, MeshUse::hits),
         traced(scene),
         near_m(nearest_depth(header)) {}
 
@@ -122,8 +124,14 @@ void RayHits::find_hits(SurfaceHits& hits) {
       s.traced.closest(rays, met, true);
       for (size_t column = 0; column < width; ++column) {
         if (met[column].body == kNoBody) continue;
-        hits.instance[row * width + column] = met[column].body + 1;
-        hits.triangle[row * width + column] = met[column].triangle;
+        const RayHit& hit = met[column];
+        const TrajectoryShape& shape = s.header.shapes[s.scene.shape[hit.body]];
+        const size_t at = row * width + column;
+        hits.instance[at] = hit.body + 1;
+        hits.triangle[at] = hit.is_round
+                                ? static_cast<uint32_t>(shape.triangles.size()) + hit.triangle
+                                : triangle_at(shape, hit.triangle);
+        hits.depth[at] = hit.distance;
       }
     }
   });

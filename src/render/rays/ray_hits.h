@@ -22,7 +22,7 @@ struct Silhouette {
 
 class RayHits {
  public:
-  // Throws Error(internal) where Embree does not start.
+  // `header` outlives it. Throws Error(internal) where Embree does not start.
   explicit RayHits(const TrajectoryHeader& header);
   ~RayHits();
   RayHits(const RayHits&) = delete;

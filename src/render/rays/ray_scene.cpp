@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/parallel_for.h"
+#include "geometry/round_crossings.h"
 
 namespace pilesim {
 namespace {
@@ -19,6 +20,8 @@ namespace {
 constexpr const char* kDeviceSettings = "isa=avx2,max_isa=avx2";
 constexpr size_t kLanes = 8;
 constexpr uint32_t kTimeSteps = 3;  // before, at and after the frame's time
+// Numbers of the geometries of a shape.
+constexpr uint32_t kTriangles = 0, kRound = 1;
 
 // Owns what Embree counts references of.
 template <class Handle, void (*release)(Handle)>
@@ -83,7 +86,7 @@ struct TracedPlane {
   Placement frame;
 };
 
-// Triangles of a shape's full mesh, shared with Embree.
+// Triangles and round surfaces of a shape, shared with Embree.
 struct TracedMesh {
   std::vector<RenderVertex> vertices;
   std::vector<uint32_t> indices;
@@ -143,6 +146,69 @@ void find_blocked(const TracedScene& scene, std::span<const Ray> rays, std::span
   }
 }
 
+// The nearest place between `nearest` and `farthest` where a ray in the shape's frame meets a round
+// surface, or infinity.
+float meet_round(const RoundSurface& surface, const Vec3f& origin, const Vec3f& direction,
+                 float nearest, float farthest) {
+  float first = std::numeric_limits<float>::infinity();
+  for (const double distance :
+       crossings(surface, origin.cast<double>(), direction.cast<double>())) {
+    const auto at = static_cast<float>(distance);
+    if (at > nearest && at < farthest) first = std::min(first, at);
+  }
+  return first;
+}
+
+// Lanes of a packet that Embree asks about: calls take(lane, surface, distance) where they meet it.
+template <class Arguments, class Take>
+void meet_lanes(const Arguments& arguments, RTCRayN* rays, const Take& take) {
+  const auto* surfaces = static_cast<const RoundSurface*>(arguments.geometryUserPtr);
+  const unsigned count = arguments.N;
+  for (unsigned i = 0; i < count; ++i) {
+    if (arguments.valid[i] == 0) continue;
+    const Vec3f origin(RTCRayN_org_x(rays, count, i), RTCRayN_org_y(rays, count, i),
+                       RTCRayN_org_z(rays, count, i));
+    const Vec3f direction(RTCRayN_dir_x(rays, count, i), RTCRayN_dir_y(rays, count, i),
+                          RTCRayN_dir_z(rays, count, i));
+    const float distance = meet_round(surfaces[arguments.primID], origin, direction,
+                                      RTCRayN_tnear(rays, count, i), RTCRayN_tfar(rays, count, i));
+    if (std::isfinite(distance)) take(i, distance);
+  }
+}
+
+void bound_round(const RTCBoundsFunctionArguments* arguments) {
+  const auto* surfaces = static_cast<const RoundSurface*>(arguments->geometryUserPtr);
+  const Bounds box = bounds_of(surfaces[arguments->primID]);
+  const double margin = 1e-6 * (box.sizes().norm() + box.center().norm());
+  const Vec3f low = (box.min().array() - margin).cast<float>();
+  const Vec3f high = (box.max().array() + margin).cast<float>();
+  *arguments->bounds_o = {.lower_x = low.x(),
+                          .lower_y = low.y(),
+                          .lower_z = low.z(),
+                          .upper_x = high.x(),
+                          .upper_y = high.y(),
+                          .upper_z = high.z()};
+}
+
+void intersect_round(const RTCIntersectFunctionNArguments* arguments) {
+  const unsigned count = arguments->N;
+  RTCRayN* rays = RTCRayHitN_RayN(arguments->rayhit, count);
+  RTCHitN* hits = RTCRayHitN_HitN(arguments->rayhit, count);
+  meet_lanes(*arguments, rays, [&](unsigned i, float distance) {
+    RTCRayN_tfar(rays, count, i) = distance;
+    RTCHitN_u(hits, count, i) = RTCHitN_v(hits, count, i) = 0;
+    RTCHitN_geomID(hits, count, i) = arguments->geomID;
+    RTCHitN_primID(hits, count, i) = arguments->primID;
+    RTCHitN_instID(hits, count, i, 0) = arguments->context->instID[0];
+  });
+}
+
+void occlude_round(const RTCOccludedFunctionNArguments* arguments) {
+  meet_lanes(*arguments, arguments->ray, [&](unsigned i, float) {
+    RTCRayN_tfar(arguments->ray, arguments->N, i) = -std::numeric_limits<float>::infinity();
+  });
+}
+
 Vec3f at(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 // Colour of a triangle's texture over a spot `width_m` wide.
@@ -199,8 +265,20 @@ struct RayScene::State {
   void add_mesh(size_t shape) {
     TracedMesh& mesh = meshes.emplace_back();
     const RenderMesh& source = scene.meshes[shape];
+    if (scene.is_plane[shape] != 0) return;
+    const bool has_triangles = source.levels.front().index_count > 0;
+    if (!has_triangles && source.round.empty()) return;
+    mesh.scene = TracedScene(rtcNewScene(device.get()));
+    rtcSetSceneFlags(mesh.scene.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(mesh.scene.get(), RTC_BUILD_QUALITY_HIGH);
+    if (has_triangles) add_triangles(source, mesh);
+    if (!source.round.empty()) add_round(source, mesh);
+    on_one_thread([&] { rtcJoinCommitScene(mesh.scene.get()); });
+    require(true);
+  }
+
+  void add_triangles(const RenderMesh& source, TracedMesh& mesh) {
     const MeshLevel& full = source.levels.front();
-    if (scene.is_plane[shape] != 0 || full.index_count == 0) return;
     const auto first = source.indices.begin() + full.first_index;
     mesh.indices.assign(first, first + full.index_count);
     const uint32_t last = *std::max_element(mesh.indices.begin(), mesh.indices.end());
@@ -215,12 +293,19 @@ struct RayScene::State {
                                mesh.indices.data(), 0, 3 * sizeof(uint32_t),
                                mesh.indices.size() / 3);
     rtcCommitGeometry(geometry.get());
-    mesh.scene = TracedScene(rtcNewScene(device.get()));
-    rtcSetSceneFlags(mesh.scene.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(mesh.scene.get(), RTC_BUILD_QUALITY_HIGH);
-    rtcAttachGeometry(mesh.scene.get(), geometry.get());
-    on_one_thread([&] { rtcJoinCommitScene(mesh.scene.get()); });
-    require(true);
+    rtcAttachGeometryByID(mesh.scene.get(), geometry.get(), kTriangles);
+  }
+
+  void add_round(const RenderMesh& source, TracedMesh& mesh) {
+    const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
+    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(source.round.size()));
+    // Embree only hands it back.
+    rtcSetGeometryUserData(geometry.get(), const_cast<RoundSurface*>(source.round.data()));
+    rtcSetGeometryBoundsFunction(geometry.get(), bound_round, nullptr);
+    rtcSetGeometryIntersectFunction(geometry.get(), intersect_round);
+    rtcSetGeometryOccludedFunction(geometry.get(), occlude_round);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometryByID(mesh.scene.get(), geometry.get(), kRound);
   }
 
   void remove(uint32_t body) {
@@ -269,6 +354,8 @@ struct RayScene::State {
     return *std::ranges::find(planes, body, &TracedPlane::body);
   }
 
+  RaySurface on_round(const Ray& ray, const RayHit& hit, RaySurface result, float rounding) const;
+
   // Planes are no part of Embree's scene, which has to end somewhere.
   void meet_planes(const Ray& ray, RayHit& hit) const {
     for (const TracedPlane& plane : planes) {
@@ -281,6 +368,30 @@ struct RayScene::State {
     }
   }
 };
+
+// Exact as it is, it needs nothing that keeps the edges of triangles from showing.
+RaySurface RayScene::State::on_round(const Ray& ray, const RayHit& hit, RaySurface result,
+                                     float rounding) const {
+  const RenderMesh& mesh = scene.meshes[scene.shape[hit.body]];
+  const Placement body = now(hit.body, ray.time);
+  const Quatf from_world = body.orientation.conjugate();
+  const Vec3f place = from_world * (result.position - body.position);
+  const Vec3f seen_from = from_world * -ray.direction;
+  Vec3f normal = outward_normal(mesh.round[hit.triangle], place.cast<double>()).cast<float>();
+  const bool is_inside = normal.dot(seen_from) < 0;
+  if (is_inside) normal = -normal;
+  result.closed = mesh.closed;
+  result.inside = is_inside && result.closed;
+  if (!scene.pattern.empty()) {
+    result.pattern =
+        pattern_factor(scene.pattern[hit.body], place, normal,
+                       spot_width(-seen_from.normalized(), normal, ray.spread * hit.distance));
+  }
+  result.geometric_normal = result.normal = body.orientation * normal;
+  result.off_m = rounding + 1e-5f * scene.radius(hit.body);
+  result.start = result.position + result.off_m * result.normal;
+  return result;
+}
 
 RayScene::RayScene(const RenderScene& scene) : state_(std::make_unique<State>(scene)) {}
 RayScene::~RayScene() = default;
@@ -332,6 +443,7 @@ void RayScene::closest(std::span<const Ray> rays, std::span<RayHit> hits, bool c
         hit.distance = packet.rays.ray.tfar[lane];
         hit.body = met.instID[0][lane];
         hit.triangle = met.primID[lane];
+        hit.is_round = met.geomID[lane] == kRound;
         hit.u = met.u[lane];
         hit.v = met.v[lane];
       }
@@ -388,6 +500,7 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
     result.off_m = rounding;
     return result;
   }
+  if (hit.is_round) return s.on_round(ray, hit, std::move(result), rounding);
   const TracedMesh& mesh = s.meshes[shape];
   std::array<const RenderVertex*, 3> vertex;
   std::array<Vec3f, 3> corner, normal;

@@ -1,5 +1,5 @@
-// The bodies of a frame as rays meet them: full meshes, each once in memory, and planes. Embree
-// finds what is met; nothing outside ray_scene.cpp knows it.
+// The bodies of a frame as rays meet them: full meshes and round surfaces, each once in memory, and
+// planes. Embree finds what is met; nothing outside ray_scene.cpp knows it.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,9 @@ struct Ray {
 struct RayHit {
   float distance = std::numeric_limits<float>::infinity();
   uint32_t body = kNoBody;
-  uint32_t triangle = 0;  // of the full mesh; planes have none
-  float u = 0, v = 0;     // weights of the triangle's second and third corner
+  uint32_t triangle = 0;  // of the full mesh, or its round surface; planes have none
+  bool is_round = false;
+  float u = 0, v = 0;  // weights of the triangle's second and third corner
 };
 
 // The surface that a ray has hit. Normals are units, world, and point to where the ray came from.

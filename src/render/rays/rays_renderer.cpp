@@ -59,7 +59,7 @@ struct RaysRenderer::State {
         std::optional<FilmPlace> film_place)
       : settings(wanted),
         plan(plan_of(wanted.rays)),
-        scene(header, wanted.analysis ? BodyColours::analysis : colours),
+        scene(header, wanted.analysis ? BodyColours::analysis : colours, MeshUse::rays),
         traced(scene),
         materials(scene.shape.size()),
         light(make_lighting(wanted.light)) {
