@@ -76,6 +76,28 @@ class EdgeOwners {
 
 }  // namespace
 
+Vec3 out_of(const Vec3& normal, std::span<const Vec3> constraints) {
+  constexpr double kRounding = 1e-9;
+  Vec3 best = Vec3::Zero();
+  const auto consider = [&](const Vec3& candidate) {
+    if (candidate.squaredNorm() <= best.squaredNorm()) return;
+    for (const Vec3& into : constraints) {
+      if (candidate.dot(into) > kRounding) return;
+    }
+    best = candidate;
+  };
+  consider(normal);
+  for (const Vec3& into : constraints) consider(normal - normal.dot(into) * into);
+  for (size_t i = 0; i < constraints.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      const Vec3 along = constraints[i].cross(constraints[j]);
+      const double length2 = along.squaredNorm();
+      if (length2 > kRounding) consider(normal.dot(along) / length2 * along);
+    }
+  }
+  return best;
+}
+
 TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
     : tree_(mesh), solid_behind_(solid_behind) {
   const auto normal_of = [&](const Triangle& t) {
@@ -110,6 +132,22 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
   }
 }
 
+bool TriangleSurface::is_below(const Vec3& point) const {
+  Bounds column(point, point);
+  column.max().y() = std::numeric_limits<double>::infinity();
+  bool is_below = false;
+  tree_.for_each_near(column, 0, [&](uint32_t place) {
+    const Face face = this->face(place);
+    bool is_over = face.normal.dot(point - face.corners[0]) < 0;
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3 edge = face.corners[(k + 1) % 3] - face.corners[k];
+      is_over = is_over && Vec3::UnitY().cross(edge).dot(point - face.corners[k]) >= 0;
+    }
+    is_below = is_below || is_over;
+  });
+  return is_below;
+}
+
 Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
                               const Vec3& normal) const {
   const Face face = this->face(place);
@@ -125,7 +163,7 @@ Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
     const Vec3 edge = face.corners[(k + 1) % 3] - face.corners[k];
     const Vec3 inward = face.normal.cross(edge).normalized();
     if (inward.dot(point - face.corners[k]) > kOnEdge * longest) continue;
-    const bool is_border = edges.ridge[k] == kBorder && !solid_behind_;
+    const bool is_border = edges.ridge[k] == kBorder;
     if (edges.ridge[k] != side && !is_border) continue;
     // Between the two normals. Beyond a border lies the way out, in the face's plane.
     const Vec3 other = is_border ? Vec3(-inward) : Vec3(side * normals_[edges.over[k]]);
@@ -143,7 +181,50 @@ Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
       best = candidate.normalized();
     }
   }
+  for (size_t k = 0; k < 3; ++k) {
+    if ((point - face.corners[k]).norm() > kOnEdge * longest) continue;
+    const Vec3 candidate = off_vertex(place, k, side, normal);
+    if (candidate.dot(normal) > most) return candidate;
+  }
   return best;
+}
+
+// The nearest to `normal` that leaves all triangles at a corner behind, as over a peak; zero: there
+// is none.
+Vec3 TriangleSurface::off_vertex(uint32_t place, size_t corner, int side,
+                                 const Vec3& normal) const {
+  constexpr size_t kMostTriangles = 256;  // an edge of more than two triangles has no end
+  const Vec3& vertex = tree_.corners()[place][corner];
+  thread_local std::vector<Vec3> into;
+  into.clear();
+  Vec3 outward = Vec3::Zero();
+  bool is_closed = false;
+  // Round the vertex across the edges that lead to it, and from a border on the other way.
+  for (const size_t across : {2, 0}) {
+    uint32_t at = place;
+    size_t k = corner;
+    while (into.size() < 2 * kMostTriangles) {
+      const Corners& corners = tree_.corners()[at];
+      if (across == 2 || at != place) {
+        const Vec3 next = corners[(k + 1) % 3] - vertex, last = corners[(k + 2) % 3] - vertex;
+        into.insert(into.end(), {next.normalized(), last.normalized()});
+        outward += side * next.cross(last);
+      }
+      const size_t edge = (k + across) % 3;
+      if (edges_[at].ridge[edge] == kBorder) {
+        into.push_back(-side * normals_[at]);
+        break;
+      }
+      at = edges_[at].over[edge];
+      const Corners& beyond = tree_.corners()[at];
+      k = static_cast<size_t>(std::ranges::find(beyond, vertex) - beyond.begin());
+      is_closed = at == place;
+      if (is_closed || k == beyond.size()) break;
+    }
+    if (is_closed) break;
+  }
+  const Vec3 off = out_of(normal, into);
+  return off.dot(outward) > 0 ? Vec3(off.normalized()) : Vec3(Vec3::Zero());
 }
 
 CollisionShape::CollisionShape(const ModelShape& shape)

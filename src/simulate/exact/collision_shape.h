@@ -15,6 +15,10 @@
 
 namespace pilesim::exact {
 
+// The nearest to `normal` that points into none of `constraints` (unit directions into what is
+// solid), or zero: the projection onto their polar cone, by which constraints it lies on.
+Vec3 out_of(const Vec3& normal, std::span<const Vec3> constraints);
+
 // Triangles with what lies over their edges. One that is solid behind its faces, as a closed one
 // is, is touched from outside, another from either side.
 class TriangleSurface {
@@ -33,12 +37,16 @@ class TriangleSurface {
   bool is_solid() const { return is_closed_ || solid_behind_; }
   // Nothing comes to a face from behind: there is no other side, as under a height field.
   bool has_one_side() const { return solid_behind_; }
+  // Whether a triangle of a height field is above the point, along y.
+  bool is_below(const Vec3& point) const;
 
   // The normal nearest to `normal`, of the surface, with which something on that `side` (1 or -1)
   // that touches the triangle closest at `point` may be pushed: never into the surface beside it.
   Vec3 allowed(uint32_t place, int side, const Vec3& point, const Vec3& normal) const;
 
  private:
+  Vec3 off_vertex(uint32_t place, size_t corner, int side, const Vec3& normal) const;
+
   static constexpr int8_t kBorder = 2;
   // Over the edge from each corner of a triangle: the place of its neighbour (where there is none,
   // its own), and whether that falls away from this side (1), from the other (-1), or neither (0);

@@ -272,10 +272,10 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
     points.push_back({(apart.on_a + apart.on_b) / 2, apart.normal, apart.distance_m});
     return {};
   }
-  // Not of a triangle: what lies beside it is its neighbours'.
+  // Not a triangle's: what lies beside it is its neighbours'.
   const bool is_triangle = !std::isfinite(a.smallest_extent_m());
   for (const Feature::Of of : {Feature::Of::a, Feature::Of::b}) {
-    if (is_triangle) continue;
+    if (is_triangle && of == Feature::Of::a) continue;
     const ConvexPiece& piece = of == Feature::Of::a ? a : b;
     const Vec3 outward =
         of == Feature::Of::a ? separation.normal : -(a_in_b.turn * separation.normal);

@@ -342,8 +342,11 @@ class Finder {
           Separation separation = find_separation(
               triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
               pieces.known);
-          if (!is_solid && separation.distance_m < -kContactMargin * small_) {
-            leave_wrong_side(pieces, triangle, b, relative, reach, separation);
+          if (separation.distance_m < -kContactMargin * small_) {
+            leave_wrong_side(pieces, triangle, b, relative, separation);
+          }
+          if (!is_solid && separation.is_exact && separation.distance_m > 0) {
+            if (const int8_t side = side_along(separation.normal, face)) pieces.side = side;
           }
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
@@ -358,16 +361,29 @@ class Finder {
     is_inside_ = is_inside_ || distance < -kContactMargin * small_;
   }
 
-  // Deep in a sheet as seen from its side, a piece may yet be apart from it: it has come round.
-  static void leave_wrong_side(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
-                               const Relative& relative, const Reach& reach,
-                               Separation& separation) {
+  // Deep in a triangle as seen from its side, a piece may yet be apart from it: it has come round,
+  // or past an edge, or is on the other slope of a ridge. A piece inside a solid leaves it as it
+  // came.
+  void leave_wrong_side(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
+                        const Relative& relative, Separation& separation) const {
+    const TriangleSurface& surface = *shape_a_.surface;
     KnownVertices none;
-    const Separation apart = find_separation(triangle, b, relative, Vec3::Zero(), reach, none);
+    const Separation apart = find_separation(triangle, b, relative, Vec3::Zero(),
+                                             std::numeric_limits<double>::infinity(), none);
     if (apart.distance_m <= 0) return;
+    const bool is_behind = side_along(apart.normal, surface.face(pieces.a)) < 0;
+    if (is_behind && surface.is_solid() &&
+        (!surface.has_one_side() || surface.is_below(apart.on_b))) {
+      return;
+    }
     separation = apart;
-    const double cosine = apart.normal.dot(triangle.faces()[0].normal);
-    if (std::abs(cosine) > kOnThatSide) pieces.side = cosine > 0 ? 1 : -1;
+  }
+
+  // The side of a triangle that `normal`, from it to what is apart from it, is on. 0: not clear.
+  static int8_t side_along(const Vec3& normal, const TriangleSurface::Face& face) {
+    const double cosine = normal.dot(face.normal);
+    if (std::abs(cosine) <= kOnThatSide) return 0;
+    return cosine > 0 ? 1 : -1;
   }
 
   double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
@@ -395,8 +411,8 @@ class Finder {
     const Separation apart = find_separation(ConvexPiece(face.corners), b, b_in_a_, Vec3::Zero(),
                                              std::numeric_limits<double>::infinity(), none);
     if (apart.distance_m < -kContactMargin * small_) return of_centre;
-    const double cosine = apart.normal.dot(face.normal);
-    return cosine > kOnThatSide ? 1 : cosine < -kOnThatSide ? -1 : of_centre;
+    const int8_t side = side_along(apart.normal, face);
+    return side != 0 ? side : of_centre;
   }
 
   // A sheet has two sides. On which one of a triangle a piece is that has just come to it, those
@@ -423,9 +439,7 @@ class Finder {
       const Separation apart =
           find_separation(ConvexPiece(face.corners), shape_b_.pieces[pieces.b], b_in_a_,
                           Vec3::Zero(), std::numeric_limits<double>::infinity(), none);
-      const double cosine = apart.normal.dot(face.normal);
-      if (apart.distance_m <= 0 || std::abs(cosine) <= kOnThatSide) return 0;
-      return cosine > 0 ? 1 : -1;
+      return apart.distance_m > 0 ? side_along(apart.normal, face) : int8_t{0};
     });
     while (settle([&](const PiecePair& pieces) { return side_of_neighbours(pieces, reach_m_); }) >
            0) {

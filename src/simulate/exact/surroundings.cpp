@@ -23,30 +23,6 @@ constexpr double kLeastAgreement = 0.1;
 constexpr int kMostConstraints = 12;
 constexpr int kMostLifts = 4;
 
-// The nearest to `normal` that points into none of `constraints` (unit directions into what is
-// solid), or zero: the projection onto their polar cone, by which constraints it lies on.
-Vec3 out_of(const Vec3& normal, std::span<const Vec3> constraints) {
-  constexpr double kRounding = 1e-9;
-  Vec3 best = Vec3::Zero();
-  const auto consider = [&](const Vec3& candidate) {
-    if (candidate.squaredNorm() <= best.squaredNorm()) return;
-    for (const Vec3& into : constraints) {
-      if (candidate.dot(into) > kRounding) return;
-    }
-    best = candidate;
-  };
-  consider(normal);
-  for (const Vec3& into : constraints) consider(normal - normal.dot(into) * into);
-  for (size_t i = 0; i < constraints.size(); ++i) {
-    for (size_t j = 0; j < i; ++j) {
-      const Vec3 along = constraints[i].cross(constraints[j]);
-      const double length2 = along.squaredNorm();
-      if (length2 > kRounding) consider(normal.dot(along) / length2 * along);
-    }
-  }
-  return best;
-}
-
 // Something solid at a point, in its own frame.
 struct Solid {
   const Surroundings::Thing* thing;
