@@ -1,6 +1,8 @@
 // When the exact engine lets bodies sleep.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
@@ -31,6 +33,31 @@ TEST(ExactRest, PenetratingBodiesStayAwake) {
   EXPECT_GT(apart, 0);
   EXPECT_TRUE(wedged == 0 || wedged > 2 * apart) << wedged;
   EXPECT_EQ(frames_awake(0.16), 0);
+}
+
+// Four legs carry a slab that weighs so many times as much as each.
+TEST(ExactRest, ASlabOnLightLegsStandsStill) {
+  for (const double ratio : {100.0, 1000.0, 2445.0, 10000.0}) {
+    SmallModel m;
+    m.scene.step_s.reset();
+    const Vec3 leg_size(0.05, 0.3, 0.05), slab_size(1, 0.1, 1);
+    const uint32_t light = m.material(0.1, 0.5, 100);
+    const uint32_t heavy = m.material(0.1, 0.5, 100 * ratio * leg_size.prod() / slab_size.prod());
+    m.body(m.plane(), light, Vec3::Zero(), Role::fixed);
+    const uint32_t leg = m.box(leg_size);
+    for (const double x : {-0.4, 0.4}) {
+      for (const double z : {-0.4, 0.4}) m.body(leg, light, {x, 0.15, z});
+    }
+    m.body(m.box(slab_size), heavy, {0, 0.35, 0});
+    const auto simulator = make_simulator(m.scene, m.model);
+    EXPECT_EQ(run(*simulator, 120).bodies_awake, 0) << ratio;
+    const BodyStates& states = simulator->states();
+    for (size_t i = 1; i < m.model.bodies.size(); ++i) {
+      const Vec3 drift = states.position[i] - m.model.bodies[i].pose.position;
+      EXPECT_LT(drift.norm(), 5e-4) << ratio;  // 0.01 of a leg's width
+      EXPECT_GT((states.orientation[i] * Vec3::UnitY()).y(), std::cos(radians(0.1))) << ratio;
+    }
+  }
 }
 
 // A ball that rolls for ever keeps only bodies awake that it touches.

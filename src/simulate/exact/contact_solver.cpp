@@ -70,8 +70,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
   const double substep_s = settings.step_s / settings.substeps;
   const double gravity = settings.gravity.norm();
   const auto nobody = static_cast<uint32_t>(bodies);
-  const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
-  const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
+  const Softness springy = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness rigid{0, 1, 0};
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
@@ -92,9 +91,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
         block.restitution[i] = static_cast<T>(range.restitution);
         block.slop[i] = static_cast<T>(range.slop_m);
         block.edged[i] = range.contacts->is_round ? T{0} : T{1};
-        const Softness& soft = range.is_joined                          ? rigid
-                               : range.a < moving_ && range.b < moving_ ? moving
-                                                                        : fixed;
+        const Softness& soft = range.is_joined ? rigid : springy;
         block.rate[i] = static_cast<T>(soft.rate);
         block.mass_scale[i] = static_cast<T>(soft.mass_scale);
         block.force_scale[i] = static_cast<T>(soft.force_scale);

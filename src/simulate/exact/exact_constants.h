@@ -86,7 +86,8 @@ inline constexpr double kAgrees = 0.3;
 // --- The solver. Tried on towers, arches and card houses (presets/hard), too.
 
 // A contact is a spring that swings at this share of the rate of substeps, damped so much more
-// than critically; against what does not move twice as stiff. Joints are softer: where many hold
+// than critically. At twice the rate against what does not move, light legs of a heavy slab
+// trembled (ExactRest.ASlabOnLightLegsStandsStill). Joints are softer: where many hold
 // each other in rings, as glue does, slow modes of the pile grow at 0.25 and this damping
 // (HeldByGlue.ATowerComesToRestAfterAHit).
 inline constexpr double kContactRate = 0.25;

@@ -186,8 +186,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
       most_n = std::max(most_n, contact.normal_force_n);
     }
     const float force_n = sum_n > 0 ? most_n * net.norm() / sum_n : 0;
-    const bool both = is_moved(pair.a) && is_moved(pair.b);
-    if (force_n > 0) add(pair.a, pair.b, force_n, (both ? 1 : 2) * kContactRate, kGiveOfAccuracy);
+    if (force_n > 0) add(pair.a, pair.b, force_n, kContactRate, kGiveOfAccuracy);
   }
   const double gravity = settings_.gravity.norm();
   for (const uint32_t i : movers_) {
