@@ -16,6 +16,7 @@ namespace {
 // All but the normals.
 CornerMesh weld(std::span<const Vec3f> vertices,
                 std::span<const std::array<uint32_t, 3>> triangles) {
+  if (triangles.empty()) return {};  // else meshoptimizer takes vertices for triangles
   std::vector<uint32_t> corners;
   corners.reserve(triangles.size() * 3);
   for (const auto& triangle : triangles) {
