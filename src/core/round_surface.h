@@ -21,7 +21,7 @@ struct OutlinePoint {
 using RoundOutline = std::vector<OutlinePoint>;
 inline constexpr size_t kMostOutlinePoints = 8;
 
-// What an outline sweeps about the y axis of `pose`, in place of some triangles of a mesh.
+// Swept by an outline about the y axis of `pose`, in place of some triangles of a mesh.
 struct RoundSurface {
   uint32_t first_triangle = 0, triangle_count = 0;  // the triangles that it replaces
   Pose pose;                                        // m, of its axis in the mesh's frame
