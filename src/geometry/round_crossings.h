@@ -21,8 +21,8 @@ struct Crossings {
   const double* end() const { return distance.data() + count; }
 };
 
-// Where the line origin + distance * direction crosses it, in the mesh's frame. `direction` may have
-// any length but 0.
+// Where the line origin + distance * direction crosses it, in the mesh's frame. `direction` may
+// have any length but 0.
 Crossings crossings(const RoundSurface& surface, const Vec3& origin, const Vec3& direction);
 
 // Unit, outward, mesh's frame: of the point of the surface nearest to `point`.
