@@ -69,7 +69,7 @@ TEST(RoundCrossings, LinesAreInsideBetweenThem) {
         EXPECT_NEAR(normal.norm(), 1, 1e-12);
         EXPECT_EQ(normal.dot(direction) < 0, i % 2 == 0) << solid.name << ' ' << trial;
         if (i + 1 == distances.size()) continue;
-        // Of what is thinner than rounding nothing can be said.
+        // Rounding decides where the solid is thinner than that.
         const double gap = (distances[i + 1] - distances[i]) * direction.norm();
         if (gap < 1e-6 * size) continue;
         EXPECT_EQ(holds((distances[i] + distances[i + 1]) / 2), i % 2 == 0)
