@@ -232,5 +232,66 @@ TEST(Impacts, OfAFlatFaceLeavesNoDrift) {
   }
 }
 
+// A body's greatest heights over the ground in the flights after its first bounces, m, from its
+// energy.
+std::vector<double> rebounds(const SmallModel& m, double lowest_m, size_t bounces) {
+  const auto simulator = make_simulator(m.scene, m.model);
+  std::vector<double> heights;
+  double before = 0;
+  for (int frame = 0; frame < 1200 && heights.size() < bounces; ++frame) {
+    simulator->step_frame();
+    const BodyStates& states = simulator->states();
+    const double speed = states.linear_velocity[1].y();
+    if (speed > 0 && before <= 0) {
+      heights.push_back(states.position[1].y() - lowest_m + speed * speed / (2 * test::kGravity));
+    }
+    before = speed;
+  }
+  return heights;
+}
+
+// Wherever in a step the impact falls, and however long the step is.
+TEST(Impacts, ABallReboundsToTheSquareOfItsRestitution) {
+  for (const double restitution : {0.3, 0.5, 0.8, 1.0}) {
+    for (const double height : {0.05, 0.2, 1.0, 5.0, 20.0}) {
+      for (const double diameter : {0.001, 0.01, 0.1, 1.0, 10.0}) {
+        SmallModel m;
+        m.scene.step_s.reset();
+        const uint32_t stuff = m.material(restitution, 0.3);
+        m.body(m.plane(), stuff, Vec3::Zero(), Role::fixed);
+        m.body(m.sphere(diameter / 2), stuff, {0, height + diameter / 2, 0});
+        // A bounce that gravity ends within a step is none.
+        const size_t bounces = restitution < 0.5 ? 1 : 2;
+        const std::vector<double> heights = rebounds(m, diameter / 2, bounces);
+        double expected = height;
+        ASSERT_EQ(heights.size(), bounces) << restitution << " " << height << " " << diameter;
+        for (const double reached : heights) {
+          expected *= restitution * restitution;
+          EXPECT_NEAR(reached / expected, 1, 0.001)
+              << restitution << " " << height << " " << diameter;
+        }
+      }
+    }
+  }
+}
+
+TEST(Impacts, ABoxThatFallsFlatBouncesFlat) {
+  for (const double edge : {0.01, 0.1, 1.0, 10.0}) {
+    for (const double height : {0.2, 1.0, 5.0}) {
+      if (height > 100 * edge) continue;
+      SmallModel m;
+      m.scene.step_s.reset();
+      const uint32_t stuff = m.material(1, 0.3);
+      m.body(m.plane(), stuff, Vec3::Zero(), Role::fixed);
+      m.body(m.box(Vec3::Constant(edge)), stuff, {0, height + edge / 2, 0});
+      const std::vector<double> heights = rebounds(m, edge / 2, 4);
+      ASSERT_EQ(heights.size(), 4U);
+      for (const double reached : heights) {
+        EXPECT_NEAR(reached / height, 1, 0.005) << edge << " " << height;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

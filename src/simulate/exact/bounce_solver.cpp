@@ -31,22 +31,30 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
     const std::vector<Motion> before = motions_;
     converge();
     sum_impulses(before);
+    move_back(before);
     for_blocks(
         [&](size_t, Block& block) { find_impacts(block, settings, round + 1 == kImpactRounds); });
     if (std::ranges::none_of(blocks_, &Block::has_impacts)) break;
   }
+  for_blocks([&](size_t, Block& block) { forgive_bounces(block); });
 }
 
 // Linear velocities from those `before` and the sum of the impulses: the many small changes of the
 // sweeps would each round, and lose momentum.
 void ContactSolver::sum_impulses(std::span<const Motion> before) {
   for (size_t i = 0; i < moving_; ++i) std::copy_n(before[i].v.begin(), 3, motions_[i].v.begin());
+  bounce_times_.assign(moving_, {});
   for_blocks([&](size_t, Block& block) {
     if (!block.is_reached) return;
     for (size_t i = 0; i < kLanes; ++i) {
       V3 sum = V3::Zero();
+      BounceTime time;
       for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
         const Impulse& impulse = impulses_[p];
+        if (const T impact_s = starts_[p].impact[i]; impact_s > 0) {
+          time.push += impulse.push[i];
+          time.push_s += impact_s * impulse.push[i];
+        }
         for (size_t k = 0; k < 3; ++k) {
           sum[static_cast<Eigen::Index>(k)] +=
               impulse.push[i] * points_[p].normal[k][i] + impulse.friction[k][i];
@@ -56,11 +64,67 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
       const auto add = [&](uint32_t body, const V3& change) {
         if (body >= moving_) return;
         for (size_t k = 0; k < 3; ++k) motions_[body].v[k] += change[static_cast<Eigen::Index>(k)];
+        bounce_times_[body].push += time.push;
+        bounce_times_[body].push_s += time.push_s;
       };
       add(block.a[i], -block.inverse_mass_a[i] * sum);
       add(block.b[i], block.inverse_mass_b[i] * sum);
     }
   });
+}
+
+// A body that bounces some time into the step moves as before until then. Its velocity is that of
+// all the step: the body is moved back by what this adds, so that it ends the step where it should.
+void ContactSolver::move_back(std::span<const Motion> before) {
+  for (size_t i = 0; i < moving_; ++i) {
+    const BounceTime& time = bounce_times_[i];
+    if (!(time.push_s > 0)) continue;
+    const T back_s = time.push_s / time.push;
+    Shift& shift = shifts_[i];
+    V3 turn;
+    for (size_t k = 0; k < 3; ++k) {
+      shift.v[k] -= back_s * (motions_[i].v[k] - before[i].v[k]);
+      turn[static_cast<Eigen::Index>(k)] = back_s * (motions_[i].v[k + 3] - before[i].v[k + 3]);
+    }
+    const T angle = turn.norm();
+    if (!(angle > 0)) continue;
+    using Turn = Eigen::Quaternion<T>;
+    const Turn back(Eigen::AngleAxis<T>(-angle, turn / angle));
+    const Turn now = back * Turn(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+    std::copy_n(now.coeffs().data(), 4, shift.v.begin() + 3);
+  }
+}
+
+// How much farther apart bodies are at a point since some were moved back, m.
+HWY_INLINE Lanes<float> ContactSolver::moved_along(const Block& block, const Lanes3<T>& normal,
+                                                   const Lanes3<T>& arm) const {
+  using L = Lanes<T>;
+  std::array<const T*, kLanes> rows;
+  std::array<L, 8> a, b;
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
+  gather8(rows.data(), a);
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
+  gather8(rows.data(), b);
+  const L two(T{2});
+  const Lanes3<T> of_a =
+      Lanes3<T>{a[0], a[1], a[2]} + two * cross(Lanes3<T>{a[3], a[4], a[5]}, arm);
+  const Lanes3<T> of_b = Lanes3<T>{b[0], b[1], b[2]} +
+                         two * cross(Lanes3<T>{b[3], b[4], b[5]}, arm + load3<T>(block.between));
+  return dot(normal, of_b - of_a);
+}
+
+// Points that have bounced part: that bodies were moved back into each other there is no overlap.
+void ContactSolver::forgive_bounces(const Block& block) {
+  using L = Lanes<T>;
+  if (std::ranges::none_of(block.bounced, [](T lane) { return lane > 0; })) return;
+  const L zero(T{0});
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    PointStart& start = starts_[p];
+    const L moved = moved_along(block, load3<T>(points_[p].normal), load3<T>(points_[p].arm));
+    const auto has_bounced = L::load(start.impact.data()) > zero;
+    (L::load(start.distance.data()) - select(has_bounced, min(moved, zero), zero))
+        .store(start.distance.data());
+  }
 }
 
 // The impacts of a round. Only what they reach is visited, and again only when what was found there
@@ -134,10 +198,14 @@ bool ContactSolver::collide(Block& block, uint32_t now) {
   const L lighter = max(weights.mass_a, weights.mass_b);
   const L smaller = min(weights.mass_a, weights.mass_b);
   const L heavier = select(smaller > zero, smaller, lighter);
-  const L share(static_cast<T>(kSameImpulse)), least(least_change_);
+  L fastest = zero;  // at which it bounces
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
     former_[p] = impulses_[p].push;
+    fastest = max(fastest, L::load(starts_[p].parting.data()));
   }
+  const L lasting = max(one - L::load(block.restitution.data()), L(static_cast<T>(kSameBounce)));
+  const L exactness = select(fastest > zero, lasting, one);
+  const L share = exactness * L(static_cast<T>(kSameImpulse)), least = exactness * L(least_change_);
   Row has_changed{};
   // Friction and push of a corner bear on each other: points are iterated until they agree.
   bool has_changed_any = false;
@@ -415,7 +483,15 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
     const L closing = dot(n, of_a - of_b);
     const L fastest = sqrt(max(dot(of_a, of_a), dot(of_b, of_b)));
     PointStart& start = starts_[p];
-    const L at_end = L::load(start.distance.data()) - closing * h + dot(n, fall);
+    const L distance = L::load(start.distance.data()) + moved_along(block, n, arm_a);
+    const L at_end = distance - closing * h + dot(n, fall);
+    // When they touch, and how fast then; as NarrowPhase::bounce().
+    const L falls = (L(T{2}) * L(per_step_) * L(per_step_)) * dot(n, fall);  // m/s^2
+    const L gap = max(distance, zero);
+    const L there = sqrt(max(closing * closing - L(T{2}) * falls * gap, zero)) + closing;
+    const auto arrives = there > zero;
+    const L impact_s = min(select(arrives, L(T{2}) * gap / select(arrives, there, one), zero), h);
+    const L speed = closing - impact_s * falls;
     // The sweeps have left a share of the speeds undone; that is no impact.
     const L undone = max(L(static_cast<T>(kSameImpulse)) * fastest, rounding);
     const auto comes = hn::And(L::load(points_[p].mass_along.data()) > zero, closing > undone);
@@ -425,13 +501,14 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
         hn::And(hn::AndNot(misses, hn::Or(outlives, hn::And(comes, closing * h > hard))), is_free);
     impact = select(collides, one, impact);
     // Off what does not move it bounces once in a step: where it stands friction would feed it.
-    L bounce =
-        select(hn::And(hn::And(collides, outlives), may_bounce), restitution * closing, zero);
+    L bounce = select(hn::And(hn::And(collides, outlives), may_bounce),
+                      restitution * speed - impact_s * falls, zero);
     if (is_last) bounce = zero;
     select(bounce > zero, bounce, approach(start, n, fall)).store(start.parting.data());
+    select(bounce > zero, impact_s, zero).store(start.impact.data());
     const auto later =
         hn::And(comes, hn::Or(hn::And(outlives, misses), hn::AndNot(collides, closing * h > hard)));
-    select(later, substep * closing, zero).store(start.allowance.data());
+    select(later, substep * speed, zero).store(start.allowance.data());
   }
   if (is_last) std::ranges::fill(block.passes, T{1});
   impact.store(block.impact.data());

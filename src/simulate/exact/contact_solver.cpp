@@ -129,13 +129,14 @@ ContactSolver::Row ContactSolver::fill_points(Block& block, const LaneContacts& 
     Point& point = points_[block.first_point + p];
     PointStart& start = starts_[block.first_point + p];
     std::array<const T*, kLanes> rows, more_rows;
-    Row bounces, hits;
+    Row bounces, hits, impacts;
     for (size_t i = 0; i < kLanes; ++i) {
       const Contact& contact = p < lanes.count[i] ? lanes.first[i][p] : kNoContact;
       rows[i] = contact.arm_a.data();
       more_rows[i] = rows[i] + kLanes;
       bounces[i] = contact.bounce;
       hits[i] = contact.hits ? T{1} : T{0};
+      impacts[i] = contact.impact_s;
     }
     // Numbers of a contact as they lie in it.
     std::array<L, 8> r, more;
@@ -152,6 +153,7 @@ ContactSolver::Row ContactSolver::fill_points(Block& block, const LaneContacts& 
     push.store(point.push.data());
     distance.store(point.now.data());
     distance.store(start.distance.data());
+    start.impact = impacts;
     const L bounce = L::load(bounces.data());
     // A point that collides in a step to come keeps its speed: the relaxations after the last
     // motion look a substep ahead, and took a share of it.

@@ -198,6 +198,7 @@ class ContactSolver {
     Row distance;  // m, as the step begins
     Row parting;   // m/s, at which an impact parts it; below 0: no faster than this it comes nearer
     Row allowance;  // m, of the last substep
+    Row impact;     // s: from the step's begin until a bounce
   };
   // Impulses of an impact, N s; not carried over.
   struct alignas(32) Impulse {
@@ -221,6 +222,10 @@ class ContactSolver {
     Rows start;     // as the step begins
     Rows spin;      // rad/s
     Rows turning;   // rad/s, of all that surface, with its body: what moves along it gains speed
+  };
+  // When a body bounces: sums over the points at which it does.
+  struct BounceTime {
+    T push = 0, push_s = 0;  // N s, N s^2
   };
   // Bodies that impulses connect: sums over their points of products with d and e (see
   // accelerate()), and what follows from them.
@@ -268,6 +273,9 @@ class ContactSolver {
   void solve_impacts(const SolverSettings& settings);
   void converge();
   void sum_impulses(std::span<const Motion> before);
+  void move_back(std::span<const Motion> before);
+  Lanes<T> moved_along(const Block& block, const Lanes3<T>& normal, const Lanes3<T>& arm) const;
+  void forgive_bounces(const Block& block);
   bool is_to_visit(const Block& block) const;
   void begin_impact(Block& block);
   bool collide(Block& block, uint32_t now);
@@ -320,6 +328,7 @@ class ContactSolver {
   // changed its velocity, counted in visits of blocks in their order, and scratch. least_impact_
   // (m/s): what gravity gives in a step; less is no impact. least_change_ (m/s): impacts need not
   // agree any better.
+  std::vector<BounceTime> bounce_times_;  // by body
   std::vector<Impulse> impulses_;
   std::vector<Row> former_, directions_;
   std::vector<uint8_t> struck_;

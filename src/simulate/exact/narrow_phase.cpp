@@ -52,6 +52,7 @@ void NarrowPhase::pose_bodies() {
 
 void NarrowPhase::find(double step_s, const PairFilter& filter) {
   settings_.step_s = step_s;
+  advanced_s_.assign(bodies_.size(), 0);
   pose_bodies();
   const size_t pairs = state_.pairs.size(), count = (pairs + kPairGrain - 1) / kPairGrain;
   parts_.resize(std::max(parts_.size(), count));
@@ -187,7 +188,8 @@ void NarrowPhase::update(uint32_t index, bool is_tested, std::span<const Contact
     if (!reuse_contacts(pair, a, b, settings_, former, part.contacts)) {
       find_contacts(pair, a, b, settings_, former, part.contacts, scratch);
     }
-    bounce(a, b, std::span(part.contacts).subspan(first));
+    bounce(a, b, std::max(advanced_s_[pair.a], advanced_s_[pair.b]),
+           std::span(part.contacts).subspan(first));
   } else if (!former.empty()) {
     part.contacts.insert(part.contacts.end(), former.begin(), former.end());
   }
@@ -205,7 +207,6 @@ void NarrowPhase::update(uint32_t index, bool is_tested, std::span<const Contact
 // among what is there then: what turns until then, or leaves its place, is moved there. Whether
 // there is any.
 bool NarrowPhase::advance(std::span<const Part> parts) {
-  advanced_s_.assign(bodies_.size(), 0);
   bool any = false;
   for (const Part& part : parts) {
     if (!part.is_advanced) continue;
@@ -240,10 +241,11 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
   return true;
 }
 
-// A bounce reverses the speed of approach as it was before gravity, at the place where the body
-// is: with parabolic steps that keeps the energy. A bounce that would not outlive the step's
-// gravity comes to rest. A body that is not there yet keeps its speed until it is.
-void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b,
+// A bounce reverses the speed at which bodies touch, some time into the step, and is told as the
+// speed that the whole step's gravity turns into what is left of it when the step ends. A bounce
+// that would not outlive the step's gravity comes to rest. A body that is not there yet keeps its
+// speed until it is.
+void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b, double advanced_s,
                          std::span<Contact> contacts) const {
   if (contacts.empty()) return;
   const double step_s = settings_.step_s;
@@ -255,20 +257,35 @@ void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b,
   const double fastest = (a.velocity - b.velocity).norm() + a.turning_m_s + b.turning_m_s;
   if (fastest * step_s <= hard && restitution * fastest <= pull) return;
   const Vec3 falls = gravity_ * ((b.is_awake ? 1 : 0) - (a.is_awake ? 1 : 0));
-  for (Contact& contact : contacts) {
+  // Whether it comes so near within the step, as a share of its motion; what it does then.
+  const auto comes = [&](Contact& contact, double share) {
     const Vec3 normal = contact.normal.cast<double>();
     const double speed = normal.dot(b.velocity + b.spin.cross(contact.arm_b.cast<double>()) -
                                     a.velocity - a.spin.cross(contact.arm_a.cast<double>()));
-    const double at_end =
-        contact.distance_m + speed * step_s + normal.dot(falls) * step_s * step_s / 2;
+    const double fall = normal.dot(falls);  // m/s^2
+    const double at_end = contact.distance_m + speed * step_s + fall * step_s * step_s / 2;
+    const double gap = std::max<double>(0, contact.distance_m);
+    const double now = speed + advanced_s * fall;
+    const double there = std::sqrt(std::max(0.0, now * now - 2 * fall * gap)) - now;
+    const double impact_s =
+        gap > 0 && there > 0 ? std::min(2 * gap / there, step_s - advanced_s) : 0;
+    const double closing = -now - impact_s * fall;
     const bool outlives = -restitution * speed > pull;
-    if (at_end > -kAsGood * speed * step_s) {
-      if (outlives) contact.bounce = static_cast<float>(speed);
-      continue;
+    if (at_end > -share * speed * step_s) {
+      if (outlives) contact.bounce = static_cast<float>(-closing);
+      return false;
     }
     contact.hits = -speed * step_s > hard;
-    if (outlives) contact.bounce = static_cast<float>(-restitution * speed);
-  }
+    if (!outlives) return true;
+    contact.bounce = static_cast<float>(restitution * closing - (advanced_s + impact_s) * fall);
+    contact.impact_s = static_cast<float>(impact_s);
+    return true;
+  };
+  // All corners of a face that falls flat hit at once.
+  size_t hits = 0;
+  for (Contact& contact : contacts) hits += comes(contact, kAsGood) ? 1 : 0;
+  if (hits == 0 || hits == contacts.size()) return;
+  for (Contact& contact : contacts) comes(contact, 2 * kAsGood);
 }
 
 }  // namespace pilesim::exact

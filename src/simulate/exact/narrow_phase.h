@@ -50,7 +50,8 @@ class NarrowPhase {
   void pose(uint32_t body);
   MotionBound still(uint32_t body) const;
   const PosedBody& posed(uint32_t body, PosedBody& own) const;
-  void bounce(const PosedBody& a, const PosedBody& b, std::span<Contact> contacts) const;
+  void bounce(const PosedBody& a, const PosedBody& b, double advanced_s,
+              std::span<Contact> contacts) const;
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
 
   std::span<const CollisionShape> shapes_;

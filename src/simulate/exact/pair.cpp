@@ -768,7 +768,7 @@ bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
     contact.distance_m =
         static_cast<float>(old.found_distance_m + normal.dot(turned.cross(arm_b) + shifted));
     contact.friction_n -= contact.friction_n.dot(contact.normal) * contact.normal;
-    contact.bounce = 0;
+    contact.bounce = contact.impact_s = 0;
     contact.hits = false;
   }
   return true;

@@ -21,9 +21,10 @@ struct Contact {
   float normal_force_n = 0;          // force along the normal in the last step, on b
   Vec3f friction_n = Vec3f::Zero();  // and across it
   Vec3f torque_nm = Vec3f::Zero();   // that holds back turning, on b
-  float bounce = 0;   // m/s: the speed at which they are to part; below 0: at which they come yet
-  float time_s = 0;   // from the step's begin until they are as the arms say
-  bool hits = false;  // bodies meet hard in this step
+  float bounce = 0;    // m/s: the speed at which they are to part; below 0: at which they come yet
+  float time_s = 0;    // from the step's begin until they are as the arms say
+  float impact_s = 0;  // of a bounce: from what the arms say until the bodies touch; not kept
+  bool hits = false;   // bodies meet hard in this step
   bool is_round = false;  // a side that rolls on: turning about its axis moves no surface
   // As it was found; see reuse_contacts().
   bool is_of_b = false;  // the normal is that of a face of b
