@@ -73,6 +73,15 @@ TEST(Mould, OfMillimetresIsFilledAsOneOfMetres) {
   EXPECT_NEAR(small, large, 0.06);
 }
 
+// Without ground all fall together while contacts are looked for; none leaves the guide meanwhile.
+TEST(Mould, InTheAirOfAnySizeKeepsItsBodies) {
+  for (const double size : {1.0, 0.1, 0.002, 0.0014, 0.0003}) {
+    const Moulded moulded(box_mesh(Vec3::Constant(4 * size)), 40, size);
+    EXPECT_TRUE(moulded.filling.floats) << size;
+    EXPECT_EQ(moulded.filling.kept, moulded.filling.dropped) << size;
+  }
+}
+
 TEST(Mould, FillsEveryChamberOfAGuideWithoutALevelBase) {
   const Quat tilted(Eigen::AngleAxisd(0.5, Vec3(1, 0, 1).normalized()));
   TriangleMesh guide = together(moved(box_mesh({0.4, 0.5, 0.4}), {-1, 1, 0}),

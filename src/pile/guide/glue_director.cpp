@@ -355,13 +355,24 @@ void GlueDirector::load(StateReader& reader) {
   }
 }
 
+double step_with_guide_s(const Scene& scene, double radius_m) {
+  const double longest_s = kLongestStep * std::sqrt(radius_m / scene.gravity.norm());
+  return scene.step_s.value_or(std::min(Scene::kFixedStep, longest_s));
+}
+
 GlueVerdict judge_start(const Scene& scene, const Model& model) {
+  double radius_m = std::numeric_limits<double>::infinity();
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    radius_m = std::min(radius_m, model.shapes[body.shape].bounding_radius);
+  }
   Scene start = scene;
   start.simulator.mode = SimulatorMode::impulse;
   start.guide->control = false;
-  // Contacts are known after one step, those with the ground perhaps a few later.
-  start.step_s = scene.actual_step_s();
-  start.frame_rate = 1 / (kStepsOfStart * scene.actual_step_s());
+  // Contacts are known after one step, those with the ground perhaps a few later. A pile without
+  // ground falls meanwhile: by little of a body's size.
+  start.step_s = std::min(scene.actual_step_s(), step_with_guide_s(scene, radius_m));
+  start.frame_rate = 1 / (kStepsOfStart * *start.step_s);
   // Bodies released later are judged in their present pose.
   Model released = model;
   if (released.moulded) {

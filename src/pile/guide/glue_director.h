@@ -69,6 +69,9 @@ struct GlueVerdict {
 };
 GlueVerdict judge_start(const Scene& scene, const Model& model);
 
+// s: the longest step of the scene, with a guide, for bodies of that bounding radius.
+double step_with_guide_s(const Scene& scene, double radius_m);
+
 class GlueDirector final : public PileHolder {
  public:
   // `scene` has a guide; both outlive the director.

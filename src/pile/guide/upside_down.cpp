@@ -306,8 +306,7 @@ GuideFilling fill_until_held(const Scene& scene, Model& model, const JudgeStart&
 }  // namespace
 
 double filling_step_s(const Scene& scene, double radius_m) {
-  const double longest_s = kLongestStep * std::sqrt(radius_m / scene.gravity.norm());
-  return kStep * scene.step_s.value_or(std::min(Scene::kFixedStep, longest_s));
+  return kStep * step_with_guide_s(scene, radius_m);
 }
 
 GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge) {
