@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/parallel_for.h"
 #include "geometry/round_crossings.h"
+#include "render/rays/round_geometry.h"
 
 namespace pilesim {
 namespace {
@@ -146,69 +147,6 @@ void find_blocked(const TracedScene& scene, std::span<const Ray> rays, std::span
   }
 }
 
-// The nearest place between `nearest` and `farthest` where a ray in the shape's frame meets a round
-// surface, or infinity.
-float meet_round(const RoundSurface& surface, const Vec3f& origin, const Vec3f& direction,
-                 float nearest, float farthest) {
-  float first = std::numeric_limits<float>::infinity();
-  for (const double distance :
-       crossings(surface, origin.cast<double>(), direction.cast<double>())) {
-    const auto at = static_cast<float>(distance);
-    if (at > nearest && at < farthest) first = std::min(first, at);
-  }
-  return first;
-}
-
-// Lanes of a packet that Embree asks about: calls take(lane, surface, distance) where they meet it.
-template <class Arguments, class Take>
-void meet_lanes(const Arguments& arguments, RTCRayN* rays, const Take& take) {
-  const auto* surfaces = static_cast<const RoundSurface*>(arguments.geometryUserPtr);
-  const unsigned count = arguments.N;
-  for (unsigned i = 0; i < count; ++i) {
-    if (arguments.valid[i] == 0) continue;
-    const Vec3f origin(RTCRayN_org_x(rays, count, i), RTCRayN_org_y(rays, count, i),
-                       RTCRayN_org_z(rays, count, i));
-    const Vec3f direction(RTCRayN_dir_x(rays, count, i), RTCRayN_dir_y(rays, count, i),
-                          RTCRayN_dir_z(rays, count, i));
-    const float distance = meet_round(surfaces[arguments.primID], origin, direction,
-                                      RTCRayN_tnear(rays, count, i), RTCRayN_tfar(rays, count, i));
-    if (std::isfinite(distance)) take(i, distance);
-  }
-}
-
-void bound_round(const RTCBoundsFunctionArguments* arguments) {
-  const auto* surfaces = static_cast<const RoundSurface*>(arguments->geometryUserPtr);
-  const Bounds box = bounds_of(surfaces[arguments->primID]);
-  const double margin = 1e-6 * (box.sizes().norm() + box.center().norm());
-  const Vec3f low = (box.min().array() - margin).cast<float>();
-  const Vec3f high = (box.max().array() + margin).cast<float>();
-  *arguments->bounds_o = {.lower_x = low.x(),
-                          .lower_y = low.y(),
-                          .lower_z = low.z(),
-                          .upper_x = high.x(),
-                          .upper_y = high.y(),
-                          .upper_z = high.z()};
-}
-
-void intersect_round(const RTCIntersectFunctionNArguments* arguments) {
-  const unsigned count = arguments->N;
-  RTCRayN* rays = RTCRayHitN_RayN(arguments->rayhit, count);
-  RTCHitN* hits = RTCRayHitN_HitN(arguments->rayhit, count);
-  meet_lanes(*arguments, rays, [&](unsigned i, float distance) {
-    RTCRayN_tfar(rays, count, i) = distance;
-    RTCHitN_u(hits, count, i) = RTCHitN_v(hits, count, i) = 0;
-    RTCHitN_geomID(hits, count, i) = arguments->geomID;
-    RTCHitN_primID(hits, count, i) = arguments->primID;
-    RTCHitN_instID(hits, count, i, 0) = arguments->context->instID[0];
-  });
-}
-
-void occlude_round(const RTCOccludedFunctionNArguments* arguments) {
-  meet_lanes(*arguments, arguments->ray, [&](unsigned i, float) {
-    RTCRayN_tfar(arguments->ray, arguments->N, i) = -std::numeric_limits<float>::infinity();
-  });
-}
-
 Vec3f at(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 // Colour of a triangle's texture over a spot `width_m` wide.
@@ -297,14 +235,7 @@ struct RayScene::State {
   }
 
   void add_round(const RenderMesh& source, TracedMesh& mesh) {
-    const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(source.round.size()));
-    // Embree only hands it back.
-    rtcSetGeometryUserData(geometry.get(), const_cast<RoundSurface*>(source.round.data()));
-    rtcSetGeometryBoundsFunction(geometry.get(), bound_round, nullptr);
-    rtcSetGeometryIntersectFunction(geometry.get(), intersect_round);
-    rtcSetGeometryOccludedFunction(geometry.get(), occlude_round);
-    rtcCommitGeometry(geometry.get());
+    const Geometry geometry(new_round_geometry(device.get(), source.round));
     rtcAttachGeometryByID(mesh.scene.get(), geometry.get(), kRound);
   }
 

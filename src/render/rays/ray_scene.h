@@ -1,5 +1,5 @@
 // The bodies of a frame as rays meet them: full meshes and round surfaces, each once in memory, and
-// planes. Embree finds what is met; nothing outside ray_scene.cpp knows it.
+// planes. Embree finds what is met; only ray_scene.cpp and round_geometry.cpp know it.
 #pragma once
 
 #include <cstdint>

@@ -24,8 +24,9 @@ RayPlan plan_of(const RaySettings& settings);
 
 class RaysRenderer final : public FrameRenderer {
  public:
-  // `materials`: of the scene, by name, for trajectories that do not say how glossy bodies are; what
-  // is not among them looks as by default. `films`: where they are kept, if they are. Throws Error(internal) where Embree does not start.
+  // `materials`: of the scene, by name, for trajectories that do not say how glossy bodies are;
+  // what is not among them looks as by default. `films`: where they are kept, if they are. Throws
+  // Error(internal) where Embree does not start.
   RaysRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
                const std::map<std::string, Material>& materials,
                BodyColours colours = BodyColours::own, std::optional<FilmPlace> films = {});
