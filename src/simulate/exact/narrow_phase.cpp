@@ -264,22 +264,19 @@ void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b, double advanced
                                     a.velocity - a.spin.cross(contact.arm_a.cast<double>()));
     const double fall = normal.dot(falls);  // m/s^2
     const double at_end = contact.distance_m + speed * step_s + fall * step_s * step_s / 2;
+    const bool hits = !(at_end > -share * speed * step_s);
+    if (hits) contact.hits = -speed * step_s > hard;
+    if (!(-restitution * speed > pull)) return hits;
     const double gap = std::max<double>(0, contact.distance_m);
     const double now = speed + advanced_s * fall;
     const double there = std::sqrt(std::max(0.0, now * now - 2 * fall * gap)) - now;
     const double impact_s =
         gap > 0 && there > 0 ? std::min(2 * gap / there, step_s - advanced_s) : 0;
     const double closing = -now - impact_s * fall;
-    const bool outlives = -restitution * speed > pull;
-    if (at_end > -share * speed * step_s) {
-      if (outlives) contact.bounce = static_cast<float>(-closing);
-      return false;
-    }
-    contact.hits = -speed * step_s > hard;
-    if (!outlives) return true;
-    contact.bounce = static_cast<float>(restitution * closing - (advanced_s + impact_s) * fall);
-    contact.impact_s = static_cast<float>(impact_s);
-    return true;
+    const double bounce = restitution * closing - (advanced_s + impact_s) * fall;
+    contact.bounce = static_cast<float>(hits ? bounce : -closing);
+    contact.impact_s = static_cast<float>(hits ? impact_s : 0);
+    return hits;
   };
   // All corners of a face that falls flat hit at once.
   size_t hits = 0;
