@@ -190,6 +190,37 @@ TEST(Impacts, ARowThatIsNotQuiteAtRestPassesAnImpulseOn) {
   }
 }
 
+// Boxes that sleep on the ground, with gaps that a step jumps over: none is as a wall to the
+// others.
+TEST(Impacts, ARowThatSleepsPassesAnImpulseOn) {
+  constexpr double kWidth = 0.2;
+  for (const double restitution : {1.0, 0.0}) {
+    for (const double speed : {0.5, 2.0, 5.0}) {
+      for (const double gap : {1e-4, 0.01 * kWidth, 0.05 * kWidth}) {
+        SmallModel m;
+        m.scene.step_s = 1.0 / 60;
+        const uint32_t slick = m.material(restitution, 0);
+        m.body(m.plane(), slick, Vec3::Zero(), Role::fixed);
+        const uint32_t box = m.box(Vec3::Constant(kWidth));
+        for (int i = 0; i < 5; ++i) {
+          // They fall asleep before they are hit.
+          const double x = i * (kWidth + gap) - (i == 0 ? speed : 0);
+          ModelBody& body = m.body(box, slick, {x, kWidth / 2, 0});
+          if (i == 0) body.linear_velocity.x() = speed;
+        }
+        const auto simulator = make_simulator(m.scene, m.model);
+        run(*simulator, 80);
+        double sum = 0;
+        for (size_t i = 1; i <= 5; ++i) sum += simulator->states().linear_velocity[i].x();
+        EXPECT_NEAR(sum, speed, 0.02 * speed) << restitution << ' ' << gap << ' ' << speed;
+        if (restitution < 1) continue;
+        EXPECT_NEAR(simulator->states().linear_velocity[5].x(), speed, 0.05 * speed)
+            << gap << ' ' << speed;
+      }
+    }
+  }
+}
+
 TEST(Impacts, AsManyLeaveARowAsHitIt) {
   for (const double gap : {0.0, 1e-4, 1e-2}) {
     const std::vector<double> after =

@@ -43,18 +43,16 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
 // sweeps would each round, and lose momentum.
 void ContactSolver::sum_impulses(std::span<const Motion> before) {
   for (size_t i = 0; i < moving_; ++i) std::copy_n(before[i].v.begin(), 3, motions_[i].v.begin());
-  bounce_times_.assign(moving_, {});
+  bounce_times_.assign(moving_, kNever);
   for_blocks([&](size_t, Block& block) {
     if (!block.is_reached) return;
     for (size_t i = 0; i < kLanes; ++i) {
       V3 sum = V3::Zero();
-      BounceTime time;
+      T first_s = kNever;
       for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
         const Impulse& impulse = impulses_[p];
-        if (const T impact_s = starts_[p].impact[i]; impact_s > 0) {
-          time.push += impulse.push[i];
-          time.push_s += impact_s * impulse.push[i];
-        }
+        const T impact_s = starts_[p].impact[i];
+        if (impact_s > 0 && impulse.push[i] > 0) first_s = std::min(first_s, impact_s);
         for (size_t k = 0; k < 3; ++k) {
           sum[static_cast<Eigen::Index>(k)] +=
               impulse.push[i] * points_[p].normal[k][i] + impulse.friction[k][i];
@@ -64,8 +62,7 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
       const auto add = [&](uint32_t body, const V3& change) {
         if (body >= moving_) return;
         for (size_t k = 0; k < 3; ++k) motions_[body].v[k] += change[static_cast<Eigen::Index>(k)];
-        bounce_times_[body].push += time.push;
-        bounce_times_[body].push_s += time.push_s;
+        bounce_times_[body] = std::min(bounce_times_[body], first_s);
       };
       add(block.a[i], -block.inverse_mass_a[i] * sum);
       add(block.b[i], block.inverse_mass_b[i] * sum);
@@ -73,13 +70,13 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
   });
 }
 
-// A body that bounces some time into the step moves as before until then. Its velocity is that of
+// A body that bounces some time into the step moves as before until then; off several others, until
+// the first of them, so that it is not moved into that one. Its velocity is that of
 // all the step: the body is moved back by what this adds, so that it ends the step where it should.
 void ContactSolver::move_back(std::span<const Motion> before) {
   for (size_t i = 0; i < moving_; ++i) {
-    const BounceTime& time = bounce_times_[i];
-    if (!(time.push_s > 0)) continue;
-    const T back_s = time.push_s / time.push;
+    const T back_s = bounce_times_[i];
+    if (back_s == kNever) continue;
     Shift& shift = shifts_[i];
     V3 turn;
     for (size_t k = 0; k < 3; ++k) {

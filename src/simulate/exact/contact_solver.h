@@ -223,10 +223,7 @@ class ContactSolver {
     Rows spin;      // rad/s
     Rows turning;   // rad/s, of all that surface, with its body: what moves along it gains speed
   };
-  // When a body bounces: sums over the points at which it does.
-  struct BounceTime {
-    T push = 0, push_s = 0;  // N s, N s^2
-  };
+  static constexpr T kNever = std::numeric_limits<T>::infinity();
   // Bodies that impulses connect: sums over their points of products with d and e (see
   // accelerate()), and what follows from them.
   struct ImpactIsland {
@@ -328,7 +325,7 @@ class ContactSolver {
   // changed its velocity, counted in visits of blocks in their order, and scratch. least_impact_
   // (m/s): what gravity gives in a step; less is no impact. least_change_ (m/s): impacts need not
   // agree any better.
-  std::vector<BounceTime> bounce_times_;  // by body
+  std::vector<T> bounce_times_;  // by body: s from the step's begin, or kNever
   std::vector<Impulse> impulses_;
   std::vector<Row> former_, directions_;
   std::vector<uint8_t> struck_;

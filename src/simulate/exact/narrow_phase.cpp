@@ -265,8 +265,9 @@ void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b, double advanced
     const double fall = normal.dot(falls);  // m/s^2
     const double at_end = contact.distance_m + speed * step_s + fall * step_s * step_s / 2;
     const bool hits = !(at_end > -share * speed * step_s);
-    if (hits) contact.hits = -speed * step_s > hard;
-    if (!(-restitution * speed > pull)) return hits;
+    const bool is_hard = -speed * step_s > hard, outlives = -restitution * speed > pull;
+    if (hits) contact.hits = is_hard;
+    if (!outlives && (hits || !is_hard)) return hits;
     const double gap = std::max<double>(0, contact.distance_m);
     const double now = speed + advanced_s * fall;
     const double there = std::sqrt(std::max(0.0, now * now - 2 * fall * gap)) - now;

@@ -44,7 +44,9 @@ class Rest {
            rest_depth_m = 0, wedged_depth_m = 0;
     Vec3 rest_reach = Vec3::Zero();  // m, principal axes: speeds of the rim for 1 rad/s
   };
-  bool touches(const Pair& pair, std::span<const Contact> contacts) const;
+  double closing_speed(const Pair& pair, const Contact& contact) const;
+  double hardest_hit(std::span<const uint32_t> touching) const;
+  bool touches(const Pair& pair, std::span<const Contact> contacts, double reach_m) const;
   bool joins(uint32_t body) const;
   void link(uint32_t a, uint32_t b);
   void carry_along(uint32_t body);
