@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -363,6 +364,62 @@ TEST(Seams, ABodyThatFallsOnASeamRestsOnIt) {
       EXPECT_LT(quality.deepest_penetration_m, 2e-3 * kSize) << speed << ' ' << i;
       EXPECT_GT(simulator->states().position[36].y(), 0.49 * kSize) << speed << ' ' << i;
     }
+  }
+}
+
+// Down a slope of a box onto a level box that begins at its foot: as onto a plane.
+TEST(Seams, AValleyHoldsWhatComesDown) {
+  constexpr double kThick = 0.1;
+  for (const double slope : {1.0, 5.0, 11.0, 22.5, 35.0}) {
+    for (const bool is_round : {false, true}) {
+      std::array<double, 2> way{};
+      for (const bool is_plane : {false, true}) {
+        Smooth m;
+        const uint32_t stuff = is_round ? m.material(0, 0.5) : m.smooth;
+        const Quat tilt = about({0, 0, 1}, -slope);
+        // Its top ends at the origin.
+        m.body(m.box({2, kThick, 2}), stuff, tilt * Vec3(-1, -kThick / 2, 0), Role::fixed)
+            .pose.orientation = tilt;
+        if (is_plane) {
+          m.body(m.plane(), stuff, Vec3::Zero(), Role::fixed);
+        } else {
+          m.body(m.box({6, kThick, 2}), stuff, {3, -kThick / 2, 0}, Role::fixed);
+        }
+        const uint32_t shape = is_round ? m.sphere(kSize / 2) : m.box(Vec3::Constant(kSize));
+        ModelBody& body = m.body(shape, stuff, tilt * Vec3(-0.6, kSize / 2, 0));
+        body.pose.orientation = tilt;
+        body.linear_velocity = tilt * Vec3(1, 0, 0);
+        const auto simulator = make_simulator(m.scene, m.model);
+        double lowest = 1;
+        for (int frame = 0; frame < 240; ++frame) {
+          simulator->step_frame();
+          lowest = std::min(lowest, simulator->states().position[2].y());
+        }
+        EXPECT_GT(lowest, 0.495 * kSize) << slope << ' ' << is_round << ' ' << is_plane;
+        way[is_plane ? 1 : 0] = simulator->states().position[2].x();
+      }
+      EXPECT_NEAR(way[0], way[1], 0.01 * way[1]) << slope << ' ' << is_round;
+    }
+  }
+}
+
+// Balls in a ring of pieces stay in it.
+TEST(Seams, ARingOfPiecesHoldsBalls) {
+  constexpr int kPieces = 16;
+  constexpr double kRadius = 0.5, kWall = 0.1;
+  for (int i = 0; i < 12; ++i) {
+    Smooth m;
+    const uint32_t stave = m.box({2 * (kRadius + kWall) * std::tan(kPi / kPieces), kWall, 1});
+    for (int k = 0; k < kPieces; ++k) {
+      const Quat turn = about({0, 0, 1}, 360.0 * k / kPieces);
+      m.body(stave, m.smooth, turn * Vec3(0, kRadius + kWall / 2, 0), Role::fixed)
+          .pose.orientation = turn;
+    }
+    m.body(m.sphere(0.1), m.material(0, 0.5), {0.06 * i - 0.33, 0.01 * i, 0});
+    const auto simulator = make_simulator(m.scene, m.model);
+    for (int frame = 0; frame < 360; ++frame) simulator->step_frame();
+    const Vec3 at = simulator->states().position[kPieces];
+    EXPECT_LT(std::hypot(at.x(), at.y()), kRadius) << i;
   }
 }
 

@@ -22,6 +22,8 @@ constexpr uint32_t kLeafSize = 4;
 constexpr double kLeastAgreement = 0.1;
 constexpr int kMostConstraints = 12;
 constexpr int kMostLifts = 4;
+// Faces whose angle has a smaller sine are one face, not a valley.
+constexpr double kFlush = 1e-3;
 
 // Something solid at a point, in its own frame.
 struct Solid {
@@ -94,8 +96,9 @@ class Surroundings::Search {
     find(point);
     if (all_leave(point, normal)) return own_normal;
     if (const Vec3 turned = nearest(point, normal); !turned.isZero(0)) return to_own(turned);
-    if (is_open(point, normal)) return own_normal;
-    return to_own(of_own_face(point, normal));
+    if (const Vec3 open = where_open(point, normal); !open.isZero(0)) return to_own(open);
+    const bool is_apart = lowest_(own_normal) > own_normal.dot(own_point);
+    return is_apart ? Vec3(Vec3::Zero()) : to_own(of_own_face(point, normal));
   }
 
  private:
@@ -207,9 +210,11 @@ class Surroundings::Search {
 
   Solid own_solid() const { return {&own_, piece_, triangle_, false}; }
 
-  // Whether the piece goes on where the point comes out of what covers it: a wall that stands on a
-  // floor, or rises from it, is a wall however deep a body is in the floor.
-  bool is_open(Vec3 point, const Vec3& normal) {
+  // The normal of the piece where it goes on when the point comes out of what covers it: a wall
+  // that stands on a floor is a wall however deep a body is in the floor, and of a floor at the
+  // foot of a slope the upper side counts, not the end that is below the slope. Zero: it does not
+  // go on.
+  Vec3 where_open(Vec3 point, const Vec3& normal) {
     for (int lift = 0; lift < kMostLifts; ++lift) {
       bool is_covered = false;
       Vec3 way = Vec3::Zero();
@@ -222,18 +227,38 @@ class Surroundings::Search {
         most = apart;
         way = out;
       }
-      if (!is_covered) return true;
-      if (triangle_) {  // along it: behind it is its own solid, before it nothing
-        const Vec3 across = own_.turn * triangle_->normal;
-        way -= way.dot(across) * across;
+      if (!is_covered) {
+        const bool is_its_own = own_solid().worst(point, normal).second <= tolerance_m_;
+        return is_its_own ? normal : own_face(point);
       }
-      if (way.norm() <= tolerance_m_) return false;
-      point += way;
+      // Along its own face, behind which is its own solid and before it nothing; in a valley that
+      // is farther than straight out.
+      const Vec3 across = own_face(point);
+      const Vec3 along = way - way.dot(across) * across;
+      if (along.norm() <= kFlush * way.norm()) return Vec3::Zero();
+      point += way.squaredNorm() / along.squaredNorm() * along;
       const Vec3 at = own_.turn.transpose() * (point - own_.position);
-      if (piece_ != nullptr ? !holds(*piece_, at) : !is_over(*triangle_, at)) return false;
+      if (piece_ != nullptr ? !holds(*piece_, at) : !is_over(*triangle_, at)) break;
       find(point);
     }
-    return false;
+    return Vec3::Zero();
+  }
+
+  // The normal of its face at the point, of several the one that the body is most outside of; zero:
+  // there is none.
+  Vec3 own_face(const Vec3& point) const {
+    if (triangle_) return own_.turn * triangle_->normal;
+    const Vec3 at = own_.turn.transpose() * (point - own_.position);
+    double most = -kInfinite;
+    Vec3 normal = Vec3::Zero();
+    for (const ConvexPiece::Face& face : piece_->faces()) {
+      if (std::abs(face.offset_m - face.normal.dot(at)) > tolerance_m_) continue;
+      const double apart = separation(own_, face.normal, face.offset_m);
+      if (apart <= most) continue;
+      most = apart;
+      normal = own_.turn * face.normal;
+    }
+    return normal;
   }
 
   // How far the body that meets the piece is out of the solid where it comes out soonest, m, and
