@@ -51,7 +51,7 @@ void rotate(const Vec3& moments, double step_s, Quat& principal, Vec3& spin) {
   const double small_rate = 1 / moments[small] - middle_rate;
   const double large_rate = 1 / moments[large] - middle_rate;
   // Fast spins go in parts, by angles that keep the energy's error small.
-  constexpr double kLargestTurn = 0.15;
+  constexpr double kLargestTurn = 0.05;
   constexpr double kMostParts = 64;
   const double turn = step_s * std::max(std::abs(small_rate * momentum[small]),
                                         std::abs(large_rate * momentum[large]));

@@ -254,8 +254,9 @@ TEST(Mould, BodiesThatTouchOnlyTheMouldAreLeftOut) {
   world.model.guide_fill = {1, 160, 0, true};
   world.model.events.push_back({5, ModelEvent::Kind::remove, {0, 1, 161}, Vec3::Zero(), {}});
   const GuideFilling filling = fill_guide(world.scene, world.model);
-  EXPECT_GT(filling.hanging, 25U);
-  EXPECT_GE(filling.kept, 25U);
+  // Half of the some 40 that a chamber holds.
+  EXPECT_GT(filling.hanging, 20U);
+  EXPECT_GT(filling.kept, 20U);
   ASSERT_EQ(world.model.bodies.size(), filling.kept + 2);
   for (uint32_t i = 1; i <= filling.kept; ++i) {
     EXPECT_LT(world.model.bodies[i].pose.position.y(), 0.5);

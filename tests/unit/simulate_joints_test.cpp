@@ -66,6 +66,33 @@ TEST(Joints, ARodSwingsByItsPeriod) {
   }
 }
 
+// A disc on the end of its axis goes round at m g l / (I w), at any step.
+TEST(Joints, AGyroscopePrecesses) {
+  constexpr double kRadius = 0.1, kArm = 0.1;
+  for (const double spin : {100.0, 200.0}) {
+    for (const double step_s : {1.0 / 240, 1.0 / 2000}) {
+      Jointed m;
+      m.scene.step_s = step_s;
+      const uint32_t disc = m.add(m.cylinder(kRadius, 0.02), {kArm, 0, 0});
+      const double rate = kGravity * kArm / (kRadius * kRadius / 2 * spin);
+      // Without nodding, where it is fast.
+      ModelBody& body = m.model.bodies[disc];
+      body.pose.orientation = Eigen::AngleAxisd(-kPi / 2, Vec3::UnitZ());
+      body.angular_velocity = {spin, rate, 0};
+      body.linear_velocity = {0, 0, -rate * kArm};
+      m.join({.kind = JointKind::ball, .point = Vec3::Zero()}, disc);
+      const auto simulator = make_simulator(m.scene, m.model);
+      run(*simulator, 30);
+      const Vec3 at = simulator->states().position[disc];
+      const double time_s = 30 / m.scene.frame_rate;
+      double error = std::atan2(-at.z(), at.x()) - rate * time_s;
+      error -= 2 * kPi * std::round(error / (2 * kPi));
+      EXPECT_LT(std::abs(error), 0.01 * rate * time_s) << spin << ' ' << step_s;
+      EXPECT_LT(std::abs(at.y()), 0.05 * kArm) << spin << ' ' << step_s;
+    }
+  }
+}
+
 TEST(Joints, AMotorSpeedsUpByItsTorqueAndThenKeepsItsSpeed) {
   for (const double turns_per_s : {2.0, -2.0}) {
     Jointed m;

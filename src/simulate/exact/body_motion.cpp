@@ -7,8 +7,8 @@ namespace pilesim::exact {
 
 using namespace exact_constants;
 
-// Contacts give in a substep what they gave in the last: to that is added gravity, and
-// the partner's contacts.
+// Contacts give in a substep what they gave in the last: to that is added gravity, what the body's
+// own turning does to its spin, and the partner's contacts.
 void ContactSolver::pull(size_t begin, size_t end, const SolverSettings& settings, T h,
                          bool first) {
   using L = Lanes<T>;
@@ -20,7 +20,8 @@ void ContactSolver::pull(size_t begin, size_t end, const SolverSettings& setting
   const L gained_by_gravity = L::load(by_gravity.v.data());
   for (size_t i = begin; i < end; ++i) {
     const L motion = L::load(motions_[i].v.data());
-    const L pulled = motion + share * L::load(given_[i].v.data()) + gained_by_gravity;
+    const L given = L::load(given_[i].v.data()) + L::load(turned_[i].v.data());
+    const L pulled = motion + share * given + gained_by_gravity;
     const L gained = motion - L::load(pulled_[i].v.data());
     pulled.store(pulled_[i].v.data());
     (first ? pulled : pulled + gained).store(motions_[i].v.data());

@@ -469,6 +469,7 @@ void ContactSolver::prepare(const SolverSettings& settings, const std::vector<So
   shifts_.resize(bodies.size() + 1);
   pulled_.assign(moving_, {});
   given_.assign(moving_, {});
+  turned_.assign(moving_, {});
   Shift none{};
   none.v[6] = 1;
   shifts_.back() = none;
@@ -486,6 +487,9 @@ void ContactSolver::prepare(const SolverSettings& settings, const std::vector<So
       }
       motion.v[6] = motion.v[7] = 0;
       for (size_t k = 0; k < 8; ++k) inverse_[i].v[k] = static_cast<T>(inverse[k]);
+      for (size_t k = 0; k < 3 && i < moving_; ++k) {
+        turned_[i].v[k + 3] = static_cast<T>(body.turned_spin[static_cast<Eigen::Index>(k)]);
+      }
       shifts_[i] = none;
       shifts_[i].v[7] = static_cast<T>(body.share);
     }

@@ -36,6 +36,7 @@ struct SolverBody {
   // For what turns fast: principal moments, kg m^2, and the turn of those axes to the world.
   Vec3 moments = Vec3::Zero();
   Quat axes = Quat::Identity();
+  Vec3 turned_spin = Vec3::Zero();   // rad/s, change of the spin in the step by turning alone
   Vec3 displacement = Vec3::Zero();  // m, of the step
   Quat turn = Quat::Identity();      // of the step, world
   double share = 1;                  // of the step that is still to come for it
@@ -309,6 +310,7 @@ class ContactSolver {
   std::vector<Inverse> inverse_;   // beside motions_
   std::vector<Motion> pulled_;     // of those that move: without what contacts give in the substep
   std::vector<Motion> given_;      // by the partner, in the step
+  std::vector<Motion> turned_;     // by turning alone, in the step
   std::vector<Shift> shifts_;
   std::vector<uint32_t> order_;  // of contact ranges, kNone where a lane is empty
   // Batches of a stage share no body that moves. Stages come one after the other.

@@ -148,8 +148,9 @@ inline constexpr double kUsualPushSpeed = 0.1;
 // Cosine of half the turn since the step began, beyond which corners are elsewhere: 0.5 rad.
 inline constexpr double kLeastCosine = 0.969;
 // A turn of less than this leaves the axis of rotation, and the places of corners, as they are,
-// rad.
+// rad; the spin of a step is then changed as a whole, unless it is by a lesser share than this.
 inline constexpr double kLeastTurn = 0.02;
+inline constexpr double kSameSpin = 1e-3;
 
 // --- Rest. Tried on slopes, turntables and tilting boards (unit_simulate, Balance*) and on 300
 // L-shapes.

@@ -9,6 +9,7 @@
 #include "core/parallel_for.h"
 #include "model/kinematic_motion.h"
 #include "simulate/exact/exact_constants.h"
+#include "simulate/free_rotation.h"
 
 namespace pilesim::exact {
 
@@ -277,8 +278,22 @@ void StepSolver::make_bodies(std::span<const double> advanced_s) {
       solved.moments = principal_moments(body, shape);
       solved.axes = body.orientation * shape.axes;
       solved.share = 1 - advanced_s[body_at_[i]] / settings_.step_s;
+      solved.turned_spin = turned_spin(solved);
     }
   });
+}
+
+// A body keeps its angular momentum, not its spin, as it turns. Fast ones do so in each substep
+// (ContactSolver::turn_freely), others in the step.
+Vec3 StepSolver::turned_spin(const SolverBody& body) const {
+  const double speed = body.spin.norm();
+  const double uneven = body.moments.maxCoeff() / body.moments.minCoeff() - 1;
+  const bool is_slow = speed * settings_.step_s / settings_.substeps <= kLeastTurn;
+  if (!is_slow || speed * settings_.step_s * uneven < kSameSpin) return Vec3::Zero();
+  Quat turn = Quat::Identity();
+  Vec3 after = body.spin;
+  rotate_freely(body.moments, body.axes, body.share * settings_.step_s, turn, after);
+  return after - body.spin;
 }
 
 void StepSolver::turn_surfaces() {

@@ -47,6 +47,7 @@ class StepSolver {
   std::vector<Group> group(std::span<const uint32_t> touching, bool has_partner);
   void solve(const Group& group, std::span<const double> advanced_s);
   void make_bodies(std::span<const double> advanced_s);
+  Vec3 turned_spin(const SolverBody& body) const;
   void list_contacts(std::span<const uint32_t> touching);
   Quat bent(const Joint& joint) const;
   bool is_torn(const Joint& joint) const;
