@@ -218,7 +218,10 @@ TriangleMesh outer_surface(std::span<const TriangleMesh> pieces) {
       for (const Facet& facet : facets) subtract(facet, convex[j], margin, i < j, next);
       facets.swap(next);
     }
-    for (const Facet& facet : facets) append(facet.polygon, surface);
+    for (const Facet& facet : facets) {
+      // What margins have left of a seam inside.
+      if (!thinner_than(facet.polygon, 8 * margin)) append(facet.polygon, surface);
+    }
   }
   return surface;
 }
