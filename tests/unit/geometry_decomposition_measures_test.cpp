@@ -104,6 +104,30 @@ TEST(OuterSurface, KeepsOneOfTwoFlushFacets) {
   EXPECT_NEAR(total_area(outer_surface(pieces)), 4 * 1.5 + 2, 1e-4);
 }
 
+// Cuts leave triangles that are thinner than any margin.
+TEST(OuterSurface, OfThinTrianglesInsideNothingIsLeft) {
+  const TriangleMesh beside = box_at({2, 0, 0}, {2, 2, 2});
+  for (const double width : {1e-7, 3e-6, 1e-5, 2e-5, 1e-3}) {
+    TriangleMesh cut = box_at({0, 0, 0}, {2, 2, 2});
+    std::erase_if(cut.triangles, [&](const Triangle& t) {
+      return std::ranges::all_of(t, [&](uint32_t v) { return cut.vertices[v].x() > 0.5; });
+    });
+    const auto first = static_cast<uint32_t>(cut.vertices.size());
+    const std::array<double, 4> heights = {-1, 0, width, 1};
+    for (const double y : heights) {
+      cut.vertices.emplace_back(1, y, -1);
+      cut.vertices.emplace_back(1, y, 1);
+    }
+    for (uint32_t k = first; k + 2 < cut.vertices.size(); k += 2) {
+      cut.triangles.push_back({k, k + 2, k + 3});
+      cut.triangles.push_back({k, k + 3, k + 1});
+    }
+    const std::array pieces = {cut, beside};
+    const TriangleMesh whole = box_at({1, 0, 0}, {4, 2, 2});
+    EXPECT_LT(surface_distance(outer_surface(pieces), whole).hausdorff_m, 1e-6) << width;
+  }
+}
+
 TEST(OuterSurface, OfACrossIsThatOfTheUnion) {
   const std::vector<TriangleMesh> pieces{box_mesh({3, 1, 1}), box_mesh({1, 3, 1}),
                                          box_mesh({1, 1, 3})};
