@@ -53,11 +53,10 @@ TEST(Impulse, ABallBouncesToRestitutionSquaredOfItsHeight) {
       simulator->step_frame();
       if (i > 60 * impact_s + 1) top = std::max(top, simulator->states().position[1].y() - 0.1);
     }
-    // Frames miss the top by up to half a frame: g/2 (1/120 s)^2 = 0.3 mm. The position of the
-    // impact is known to a step's way, 4.4 m/s / 240 / 2, in which the speed changes by 0.2 %.
+    // Frames miss the top by up to half a frame: g/2 (1/120 s)^2 = 0.3 mm.
     const auto percent = std::to_string(std::lround(100 * restitution));
     expect_error("height_m_of_restitution_" + percent + "_percent", top - restitution * restitution,
-                 0.012);
+                 0.001);
   }
 }
 
