@@ -219,7 +219,7 @@ TriangleMesh outer_surface(std::span<const TriangleMesh> pieces) {
       facets.swap(next);
     }
     for (const Facet& facet : facets) {
-      // What margins have left of a seam inside.
+      // Margins leave strips along seams inside.
       if (!thinner_than(facet.polygon, 8 * margin)) append(facet.polygon, surface);
     }
   }

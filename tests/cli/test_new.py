@@ -125,9 +125,8 @@ class New(CommandTest):
             if count == 30:  # it is seen to be full, and hardly any lie above its rim
                 self.assertGreater(numpy.quantile(last[:, 1], 0.9), 0.6 * depth)
                 self.assertLess((last[:, 1] > depth).mean(), 0.1)
-                self.assertLess(last[:, 1].max(), depth + 0.06)  # with the radius of a cup
-            else:
-                self.assertLess(last[:, 1].max(), depth)
+            # None lies on others that lie above the rim: by the radius of a cup. Chance stacks some.
+            self.assertLess(last[:, 1].max(), depth + 0.06)
             # Everything there is, at any time, is within the picture, with the radius of a cup.
             key = scene["camera"]["keys"][0]
             eye = numpy.array(key["position"])

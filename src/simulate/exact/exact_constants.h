@@ -119,7 +119,7 @@ inline constexpr int kImpactSweeps = 20;
 inline constexpr int kImpactIterations = 8;
 inline constexpr double kSameImpulse = 1e-4;
 inline constexpr double kSameAsFall = 0.02;
-// What is left over of a turn grows over the bounces to come, 1 / (1 - restitution) of them, until
+// An error of a turn grows over the bounces to come, 1 / (1 - restitution) of them, until
 // a face that fell flat hits with one corner first: bounces agree so many times better, up to this
 // share (Impacts.ABoxThatFallsFlatBouncesFlat).
 inline constexpr double kSameBounce = 0.02;
