@@ -183,7 +183,7 @@ Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
   }
   for (size_t k = 0; k < 3; ++k) {
     if ((point - face.corners[k]).norm() > kOnEdge * longest) continue;
-    const Vec3 candidate = off_vertex(place, k, side, normal);
+    Vec3 candidate = off_vertex(place, k, side, normal);
     if (candidate.dot(normal) > most) return candidate;
   }
   return best;
