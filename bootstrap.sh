@@ -143,6 +143,7 @@ check() {
     stage threads sanitize --thread "${threaded[@]}"
     stage fuzzers fuzz 5
     stage "pilesim, to count instructions" build pilesim
+    stage "benchmarks, which nothing else builds" build benchmarks
     stage instructions tests/benchmark/ratchet.py build/release/commands/pilesim
   fi
   return $failed

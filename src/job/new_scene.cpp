@@ -127,10 +127,12 @@ void size_pile(const Measured& body, int count, Values& values) {
   set_mouth(body, kMouth * body.radius_m, height + 2 * body.radius_m, values);
 }
 
+// Pixels of the pictures of a bin, and of the scene of a dataset.
+constexpr std::array kBinPicture = {720, 720}, kDatasetPicture = {640, 480};
+
 // A bin that the bodies fill slightly more than half, so that few rest above its rim. It is at
-// least large enough for a body to turn over in it.
-// `aspect`: width by height of the picture.
-void size_bin(const Measured& body, int count, double aspect, Values& values) {
+// least large enough for a body to turn over in it. It fills a picture of so many pixels.
+void size_bin(const Measured& body, int count, const std::array<int, 2>& picture, Values& values) {
   constexpr double kFull = 0.55, kDepth = 0.6;           // depth relative to the side
   constexpr double kLeastSide = 2.6, kLeastDepth = 0.6;  // radii of a body
   const double r = body.radius_m, room_m3 = count * room_of_each(body, kPoured) / kFull;
@@ -154,13 +156,15 @@ void size_bin(const Measured& body, int count, double aspect, Values& values) {
     }
   }
   constexpr double kFilled = 0.92;  // of the picture
-  const CameraKey key = frame_places(direction, corners, 0, aspect, kFilled);
+  const auto [width, height] = picture;
+  const CameraKey key =
+      frame_places(direction, corners, 0, static_cast<double>(width) / height, kFilled);
   const auto place = [](const Vec3& at) {
     return "[" + number(at.x()) + ", " + number(at.y()) + ", " + number(at.z()) + "]";
   };
   values["camera"] = "  \"camera\": {\"position\": " + place(key.position) +
-                     ", \"target\": " + place(key.target) +
-                     "},\n  \"render\": {\"size\": [720, 720]}\n";
+                     ", \"target\": " + place(key.target) + "}";
+  values["size"] = "[" + std::to_string(width) + ", " + std::to_string(height) + "]";
   values["away"] = number(std::hypot(key.position.x(), key.position.z()));
   values["above"] = number(key.position.y());
   values["target"] = number(key.target.y());
@@ -286,7 +290,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     values["guide"] = quoted(summary.guide.filename().generic_string());
   } else {
     count = job.count.value_or(kUsualCount);
-    size_bin(body, count, job.kind == NewSceneKind::bin ? 1 : 640 / 480.0, values);
+    size_bin(body, count, job.kind == NewSceneKind::bin ? kBinPicture : kDatasetPicture, values);
     values["fewest"] = std::to_string(std::max(1, count / 3));
   }
   if (!has_guide) {

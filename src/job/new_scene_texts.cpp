@@ -52,7 +52,9 @@ $bodies  "emitters": [
     {"name": "poured", "type": "disk", "shape": "body", "material": "body", "count": $count,
      "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height}
   ],
-$camera}
+$camera,
+  "render": {"size": $size}
+}
 )";
 
 constexpr const char* kDataset =
@@ -80,7 +82,7 @@ $bodies  "emitters": [
   ],
   "camera": {"position": [{"random": {"from": -$away, "to": $away}}, $above, $away],
              "target": [0, $target, 0]},
-  "render": {"size": [640, 480]}
+  "render": {"size": $size}
 }
 )";
 

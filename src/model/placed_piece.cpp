@@ -4,6 +4,20 @@
 #include <limits>
 
 namespace pilesim {
+namespace {
+
+// The smallest that holds all within `radius_m` of a core.
+template <class Core>
+Bounds bounds_of(const Core& core, double radius_m) {
+  Bounds bounds;
+  for (int axis = 0; axis < 3; ++axis) {
+    bounds.max()(axis) = core.farthest(Vec3::Unit(axis))(axis) + radius_m;
+    bounds.min()(axis) = core.farthest(-Vec3::Unit(axis))(axis) - radius_m;
+  }
+  return bounds;
+}
+
+}  // namespace
 
 PieceCore::PieceCore(const CollisionPiece& piece) : kind_(piece.kind), pose_(piece.pose) {
   switch (kind_) {
@@ -22,8 +36,7 @@ PieceCore::PieceCore(const CollisionPiece& piece) : kind_(piece.kind), pose_(pie
       half_extent_ = {piece.size.x(), piece.size.y() / 2, piece.size.z()};
       break;
   }
-  box_ = PlacedPiece(*this, {.orientation = pose_.orientation.conjugate()}).bounds();
-  box_.translate(-(pose_.orientation.conjugate() * pose_.position));
+  box_ = bounds_of(*this, radius_m_);
 }
 
 Vec3 PieceCore::farthest(const Vec3& direction) const {
@@ -76,13 +89,6 @@ Bounds PlacedPiece::quick_bounds() const {
   return {centre - half, centre + half};
 }
 
-Bounds PlacedPiece::bounds() const {
-  Bounds bounds;
-  for (int axis = 0; axis < 3; ++axis) {
-    bounds.max()(axis) = farthest(Vec3::Unit(axis))(axis) + radius_m();
-    bounds.min()(axis) = farthest(-Vec3::Unit(axis))(axis) - radius_m();
-  }
-  return bounds;
-}
+Bounds PlacedPiece::bounds() const { return bounds_of(*this, radius_m()); }
 
 }  // namespace pilesim

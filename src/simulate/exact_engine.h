@@ -28,8 +28,11 @@ class ExactEngine {
   virtual void apply_impulse(uint32_t body, const ModelEvent& event) = 0;
   // The longest step that the state asks for, s, no longer than `most_s`.
   virtual double longest_step_s(double most_s, StageTimer& timer) = 0;
-  virtual void set_step(double step_s) = 0;  // s: of move_by_keys() and step() from now on
-  // Gives a kinematic body the pose and the velocities of the step from `time_s` on.
+  // s: of step() from now on, and of the velocities of kinematic bodies that have moved since the
+  // last one.
+  virtual void set_step(double step_s) = 0;
+  // Gives a kinematic body the pose of `time_s`, where the step begins, and the velocities of the
+  // step.
   virtual void move_by_keys(uint32_t body, double time_s) = 0;
 
   // Another solver of the contacts of some bodies, called before each iteration of this one, once

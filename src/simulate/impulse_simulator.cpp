@@ -142,8 +142,8 @@ FrameStatistics ImpulseSimulator::step_frame() {
   for (int left = 1; left > 0; ++steps) {
     life_.bring_bodies(handlers_);
     life_.bring_events(handlers_);
-    left = choose_step();
     move_kinematic_bodies();
+    left = choose_step();
     if (director_ != nullptr) director_->direct(*this);
     exact_.step(timer_, [this] { take_hits(); });
     life_.end_step();
@@ -165,6 +165,7 @@ int ImpulseSimulator::choose_step() {
   const double rest_s = life_.rest_of_frame_s();
   // Directors of guides count steps.
   const bool is_fixed = scene_.step_s || scene_.guide;
+  if (!is_fixed) exact_.set_step(rest_s);
   const double longest_s =
       is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(rest_s, timer_);
   const int steps = std::max(1, static_cast<int>(std::ceil(rest_s / longest_s - kRounding)));

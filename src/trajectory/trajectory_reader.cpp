@@ -254,6 +254,9 @@ TrajectoryHeader read_header(const fs::path& store) {
                                                     "a unit quaternion w, x, y, z");
     shape.principal_axes = {q[0], q[1], q[2], q[3]};
     shape.round = read_round(file, shapes[i], shape.triangles.size());
+    if (!shape.round.empty() && !(shape.colours.empty() && shape.texture_map.empty())) {
+      reject(file, "a round surface stands beside colours of triangles", "one of the two");
+    }
     header.shapes.push_back(std::move(shape));
   }
 

@@ -217,7 +217,7 @@ Outcome run(const Case& one, const LoadedScene& loaded) {
   Outcome outcome;
   const Scene& scene = loaded.scene;
   Model model = build_model(scene);
-  measure_signatures(scene, model, ProgressMode::none);
+  measure_signatures(scene, model, {});
   const Clock::time_point start_time = Clock::now();
   try {
     const Run run(scene, model);

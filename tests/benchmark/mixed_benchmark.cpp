@@ -44,7 +44,7 @@ class Run {
     overrides.insert(overrides.end(), mode.overrides.begin(), mode.overrides.end());
     scene_ = load_scene(file, overrides).scene;
     model_ = build_model(scene_);
-    measure_signatures(scene_, model_, ProgressMode::none);
+    measure_signatures(scene_, model_, {});
     simulator_ = make_simulator(scene_, model_);
   }
 

@@ -110,7 +110,7 @@ std::unique_ptr<Run> start(const std::string& preset, Kind kind, int64_t most_fr
   run->scene =
       load_scene(PILESIM_SOURCE_DIR "/presets/repose/" + preset + ".json", overrides).scene;
   run->model = build_model(run->scene);
-  measure_signatures(run->scene, run->model, ProgressMode::none);
+  measure_signatures(run->scene, run->model, {});
   if (kind == Kind::piles) {
     run->director = std::make_unique<ReposeDirector>(run->scene, run->model);
     run->measuring =

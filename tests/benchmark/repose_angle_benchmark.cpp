@@ -94,7 +94,7 @@ Run pour(const std::string& shape, double angle_deg, int bodies, int seed,
   }
   const Scene scene = load_scene(kPour, overrides).scene;
   Model model = build_model(scene);
-  measure_signatures(scene, model, ProgressMode::none);
+  measure_signatures(scene, model, {});
   MeasuredAtTheEnd measured(scene, model);
   const auto simulator = make_directed_simulator(scene, model, measured);
   const double start_s = cpu_now_s();

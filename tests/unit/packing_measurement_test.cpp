@@ -27,8 +27,8 @@ class PackingMeasurement : public testing::Test {
     signature_ = sample_signature(sampling_).signature;
   }
   PouredObject object() const { return poured_object(sampling_, signature_); }
-  Packing measure() const {
-    return measure_packing(object(), signature_, {.pours = 1, .progress = ProgressMode::none});
+  Packing measure(uint32_t pours = 1) const {
+    return measure_packing(object(), signature_, {.pours = pours, .progress = ProgressMode::none});
   }
 
   test::ScratchDirectory directory_;
@@ -115,10 +115,10 @@ TEST_F(PackingMeasurement, ABallIsItsOwnSphereAtAnyNumberOfThreads) {
   EXPECT_EQ(alone.spheres.time, packing.spheres.time);
 }
 
-// Plates lie flat.
+// Plates lie flat. A single pour scatters by as much as is allowed here.
 TEST_F(PackingMeasurement, SpheresLieAsPlatesDo) {
   take(box_mesh({1, 0.2, 1}));
-  const Packing packing = measure();
+  const Packing packing = measure(3);
   const PackingFigures &exact = packing.measured, &spheres = packing.spheres;
   EXPECT_NEAR(spheres.heap_height / exact.heap_height, 1, 0.15);
   EXPECT_NEAR(spheres.column_height / exact.column_height, 1, 0.1);

@@ -86,6 +86,36 @@ TEST(Steps, AreShortBeforeAnImpactWhereLittleFalls) {
   }
 }
 
+// A kinematic box hits a row that sleeps: what it hits leaves it faster, and the gap behind is
+// small.
+TEST(Steps, AreShortBeforeAKinematicBodyHitsWhatSleeps) {
+  constexpr double kSide = 0.1;  // m
+  for (const double gap : {0.0, 0.01, 0.03}) {
+    for (const double restitution : {0.0, 0.5}) {
+      SCOPED_TRACE(testing::Message() << gap << " m, restitution " << restitution);
+      SmallModel m;
+      const uint32_t material = m.material(restitution, 0.4);
+      m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+      ModelBody& pusher = m.body(m.box({kSide, kSide, 4 * kSide}), material, {-4 * kSide, kSide, 0},
+                                 Role::kinematic);
+      pusher.motion = {{.time_s = 0, .pose = pusher.pose},
+                       {.time_s = 1, .pose = pusher.pose},
+                       {.time_s = 2, .pose = {pusher.pose.position + Vec3(3, 0, 0)}}};
+      const uint32_t box = m.box(Vec3::Constant(kSide));
+      for (int i = 0; i < 10; ++i) m.body(box, material, {i * (kSide + gap), kSide / 2, 0});
+      const auto simulator = simulator_of(m);
+      for (int frame = 0; frame < 120; ++frame) {
+        simulator->step_frame();
+        const BodyStates& states = simulator->states();
+        for (size_t i = 2; i < states.size(); ++i) {
+          const double apart = states.position[i].x() - states.position[i - 1].x();
+          ASSERT_GT(apart, 0.9 * kSide) << i << " in frame " << frame;
+        }
+      }
+    }
+  }
+}
+
 TEST(Steps, ScaleWithTheBodies) {
   for (const double speed : {8.0, 12.0, 20.0, 30.0, 60.0}) {
     EXPECT_EQ(steps_of_fall(1, speed), steps_of_fall(0.01, speed / 10)) << speed;

@@ -97,6 +97,8 @@ TEST_F(TrajectoryStore, GivesBackRoundSurfacesAndRefusesThoseThatCannotBe) {
   refused([](RoundSurface& surface) { surface.outline[1].radius = -1; });
   refused([](RoundSurface& surface) { surface.outline.resize(1); });
   refused([](RoundSurface& surface) { surface.outline.resize(kMostOutlinePoints + 1); });
+  header.shapes[0].colours.resize(4);
+  refused([](RoundSurface&) {});
 }
 
 TEST_F(TrajectoryStore, GivesBackHowGlossyBodiesAre) {

@@ -20,8 +20,10 @@ namespace pilesim::exact {
 
 using namespace exact_constants;
 
-void ContactSolver::solve_impacts(const SolverSettings& settings) {
+void ContactSolver::solve_impacts(const SolverSettings& settings,
+                                  std::span<const SolverJoint> joints) {
   if (std::ranges::none_of(blocks_, &Block::has_impacts)) return;
+  find_partners(joints);
   impulses_.resize(points_.size());
   former_.resize(points_.size());
   directions_.resize(points_.size());
@@ -39,6 +41,23 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
   for_blocks([&](size_t, Block& block) { forgive_bounces(block); });
 }
 
+// A body that meets only one other, and hangs on none, may be moved along its way without coming
+// into another's.
+void ContactSolver::find_partners(std::span<const SolverJoint> joints) {
+  partners_.assign(motions_.size(), kNone);
+  const auto meet = [&](uint32_t body, uint32_t other) {
+    uint32_t& partner = partners_[body];
+    partner = partner == kNone || partner == other ? other : kSeveral;
+  };
+  for (const Block& block : blocks_) {
+    for (size_t i = 0; i < kLanes; ++i) {
+      meet(block.a[i], block.b[i]);
+      meet(block.b[i], block.a[i]);
+    }
+  }
+  for (const SolverJoint& joint : joints) partners_[joint.a] = partners_[joint.b] = kSeveral;
+}
+
 // Linear velocities from those `before` and the sum of the impulses: the many small changes of the
 // sweeps would each round, and lose momentum.
 void ContactSolver::sum_impulses(std::span<const Motion> before) {
@@ -51,8 +70,7 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
       T first_s = kNever;
       for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
         const Impulse& impulse = impulses_[p];
-        const T impact_s = starts_[p].impact[i];
-        if (impact_s > 0 && impulse.push[i] > 0) first_s = std::min(first_s, impact_s);
+        if (impulse.push[i] > 0) first_s = std::min(first_s, starts_[p].impact[i]);
         for (size_t k = 0; k < 3; ++k) {
           sum[static_cast<Eigen::Index>(k)] +=
               impulse.push[i] * points_[p].normal[k][i] + impulse.friction[k][i];
@@ -62,6 +80,7 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
       const auto add = [&](uint32_t body, const V3& change) {
         if (body >= moving_) return;
         for (size_t k = 0; k < 3; ++k) motions_[body].v[k] += change[static_cast<Eigen::Index>(k)];
+        if (partners_[body] == kSeveral) return;
         bounce_times_[body] = std::min(bounce_times_[body], first_s);
       };
       add(block.a[i], -block.inverse_mass_a[i] * sum);
@@ -70,13 +89,13 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
   });
 }
 
-// A body that bounces some time into the step moves as before until then; off several others, until
-// the first of them, so that it is not moved into that one. Its velocity is that of
-// all the step: the body is moved back by what this adds, so that it ends the step where it should.
+// A body that bounces some time into the step moves as before until then. Its new velocity holds
+// all through the step: the body is moved back by what this adds, so that it ends the step where it
+// should.
 void ContactSolver::move_back(std::span<const Motion> before) {
   for (size_t i = 0; i < moving_; ++i) {
     const T back_s = bounce_times_[i];
-    if (back_s == kNever) continue;
+    if (back_s == kNever || back_s == 0) continue;
     Shift& shift = shifts_[i];
     V3 turn;
     for (size_t k = 0; k < 3; ++k) {
@@ -95,14 +114,8 @@ void ContactSolver::move_back(std::span<const Motion> before) {
 // How much farther apart bodies are at a point since some were moved back, m.
 HWY_INLINE Lanes<float> ContactSolver::moved_along(const Block& block, const Lanes3<T>& normal,
                                                    const Lanes3<T>& arm) const {
-  using L = Lanes<T>;
-  std::array<const T*, kLanes> rows;
-  std::array<L, 8> a, b;
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
-  gather8(rows.data(), a);
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
-  gather8(rows.data(), b);
-  const L two(T{2});
+  const auto [a, b] = gather_shifts(block);
+  const Lanes<T> two(T{2});
   const Lanes3<T> of_a =
       Lanes3<T>{a[0], a[1], a[2]} + two * cross(Lanes3<T>{a[3], a[4], a[5]}, arm);
   const Lanes3<T> of_b = Lanes3<T>{b[0], b[1], b[2]} +
@@ -110,7 +123,7 @@ HWY_INLINE Lanes<float> ContactSolver::moved_along(const Block& block, const Lan
   return dot(normal, of_b - of_a);
 }
 
-// Points that have bounced part: that bodies were moved back into each other there is no overlap.
+// Bodies that bounce were moved back into each other and part: at those points it is no overlap.
 void ContactSolver::forgive_bounces(const Block& block) {
   using L = Lanes<T>;
   if (std::ranges::none_of(block.bounced, [](T lane) { return lane > 0; })) return;

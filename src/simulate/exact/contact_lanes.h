@@ -41,6 +41,22 @@ HWY_INLINE typename ContactSolver::Gathered ContactSolver::gather(
   return g;
 }
 
+// As they lie in Shift.
+struct ContactSolver::GatheredShifts {
+  std::array<Lanes<T>, 8> a, b;
+};
+
+HWY_INLINE typename ContactSolver::GatheredShifts ContactSolver::gather_shifts(
+    const Block& block) const {
+  GatheredShifts shifts;
+  std::array<const T*, kLanes> rows;
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
+  gather8(rows.data(), shifts.a);
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
+  gather8(rows.data(), shifts.b);
+  return shifts;
+}
+
 HWY_INLINE void ContactSolver::scatter(const Block& block, const Gathered& g,
                                        std::span<Motion> motions) const {
   std::array<T*, kLanes> rows;

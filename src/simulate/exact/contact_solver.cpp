@@ -316,12 +316,7 @@ void ContactSolver::take_turns(const SolverSettings& settings,
 // How far apart points are where bodies have come to.
 HWY_INLINE void ContactSolver::measure(Block& block, bool is_last) {
   using L = Lanes<T>;
-  std::array<const T*, kLanes> rows;
-  std::array<L, 8> a, b;
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
-  gather8(rows.data(), a);
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
-  gather8(rows.data(), b);
+  const auto [a, b] = gather_shifts(block);
   const Lanes3<T> displacement = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
   const Lanes3<T> turn_a = {a[3], a[4], a[5]}, turn_b = {b[3], b[4], b[5]};
   const Lanes3<T> between = load3<T>(block.between);
@@ -429,7 +424,7 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;
-  solve_impacts(settings);
+  solve_impacts(settings, joints);
   for (int substep = 0; substep < settings.substeps; ++substep) {
     parallel_for(moving_, kBodyGrain,
                  [&](size_t begin, size_t end) { pull(begin, end, settings, h, substep == 0); });

@@ -234,6 +234,7 @@ class ContactSolver {
     void choose_step();
   };
   struct Gathered;
+  struct GatheredShifts;
   using V3 = Eigen::Matrix<T, 3, 1>;
 
   // Blocks that one thread goes through, one after the other.
@@ -268,7 +269,8 @@ class ContactSolver {
   void place(SolverJoint& joint, const std::vector<SolverBody>& bodies) const;
   void give(SolverJoint& joint, const Vec3& push, const Vec3& twist);
   void give_again(SolverJoint& joint, double substep_s, bool is_first);
-  void solve_impacts(const SolverSettings& settings);
+  void solve_impacts(const SolverSettings& settings, std::span<const SolverJoint> joints);
+  void find_partners(std::span<const SolverJoint> joints);
   void converge();
   void sum_impulses(std::span<const Motion> before);
   void move_back(std::span<const Motion> before);
@@ -287,6 +289,7 @@ class ContactSolver {
   Lanes<T> approach(const PointStart& start, const Lanes3<T>& normal, const Lanes3<T>& fall) const;
   Gathered gather(const Block& block, std::span<const Motion> motions) const;
   void gather_weights(Block& block) const;
+  GatheredShifts gather_shifts(const Block& block) const;
   void scatter(const Block& block, const Gathered& gathered, std::span<Motion> motions) const;
   void fill_surfaces(std::span<const ContactRange> contacts);
   void run_on(const Block& block);
@@ -327,7 +330,9 @@ class ContactSolver {
   // changed its velocity, counted in visits of blocks in their order, and scratch. least_impact_
   // (m/s): what gravity gives in a step; less is no impact. least_change_ (m/s): impacts need not
   // agree any better.
-  std::vector<T> bounce_times_;  // by body: s from the step's begin, or kNever
+  static constexpr uint32_t kSeveral = kNone - 1;
+  std::vector<uint32_t> partners_;  // by body: the only one that it meets, kNone or kSeveral
+  std::vector<T> bounce_times_;     // by body: s from the step's begin, or kNever
   std::vector<Impulse> impulses_;
   std::vector<Row> former_, directions_;
   std::vector<uint8_t> struck_;

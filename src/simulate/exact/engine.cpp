@@ -44,7 +44,7 @@ class Engine final : public ExactEngine {
   }
   void carry(uint32_t body) override { rest_.carry(body); }
   double longest_step_s(double most_s, StageTimer& timer) override;
-  void set_step(double step_s) override { step_s_ = step_s; }
+  void set_step(double step_s) override;
   void step(StageTimer& timer, const std::function<void()>& before_solver) override;
   BodyMotion motion(uint32_t body) const override;
   void boxes(uint32_t body, std::vector<Bounds>& boxes) const override;
@@ -71,6 +71,7 @@ class Engine final : public ExactEngine {
   void load(StateReader& reader) override;
 
  private:
+  void steer(uint32_t body, double time_s);
   double momentum_behind(const Hit& hit, const Vec3& direction,
                          std::span<const std::vector<uint32_t>> met) const;
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
@@ -94,6 +95,7 @@ class Engine final : public ExactEngine {
   double list_step_s_;  // pairs are listed for steps of this length
   Vec3 gravity_;
   double shaking_ = 0;  // m/s^2, of kinematic bodies by motors, at most
+  double least_extent_m_ = std::numeric_limits<double>::infinity();  // of dynamic bodies
   std::vector<CollisionShape> shapes_;
   ModelSurroundings surroundings_;
   EngineState state_;
@@ -139,6 +141,8 @@ Engine::Engine(const Scene& scene, const Model& model)
       solver_(scene, model, shapes_, state_, active_) {
   for (const ModelBody& body : model.bodies) {
     shaking_ = std::max(shaking_, most_acceleration_m_s2(model.shapes[body.shape], body.motion));
+    if (body.role != Role::dynamic) continue;
+    least_extent_m_ = std::min(least_extent_m_, shapes_[body.shape].smallest_extent_m);
   }
 }
 
@@ -286,15 +290,35 @@ void Engine::move_by_keys(uint32_t index, double time_s) {
   const ModelBody& source = model_.bodies[index];
   const ModelShape& shape = model_.shapes[source.shape];
   const Pose now = pose_at(shape, source.motion, time_s);
-  const Pose then = pose_at(shape, source.motion, time_s + step_s_);
   body.moved = now.position - body.position;
   body.turned_m =
       turn_between(body.orientation, now.orientation).norm() * shapes_[body.shape].radius_m;
   body.position = now.position;
   body.orientation = now.orientation;
-  body.velocity = (then.position - now.position) / step_s_;
-  body.spin = turn_between(now.orientation, then.orientation) / step_s_;
   solver_.follow(index, time_s);
+  steer(index, time_s);
+}
+
+void Engine::steer(uint32_t index, double time_s) {
+  Body& body = bodies_[index];
+  const ModelBody& source = model_.bodies[index];
+  const Pose then = pose_at(model_.shapes[source.shape], source.motion, time_s + step_s_);
+  body.velocity = (then.position - body.position) / step_s_;
+  body.spin = turn_between(body.orientation, then.orientation) / step_s_;
+}
+
+void Engine::set_step(double step_s) {
+  step_s_ = step_s;
+  for (const auto& [index, begin_s] : solver_.followed()) {
+    const Body& body = bodies_[index];
+    const auto reach_m = [&](double time_s) {
+      return time_s * (body.velocity.norm() + body.spin.norm() * shape_of(body).radius_m);
+    };
+    constexpr double kRounding = 1e-6;
+    const double listed_m = reach_m(listed_s_);
+    steer(index, begin_s);
+    if (reach_m(step_s) > (1 + kRounding) * listed_m) listed_s_ = 0;
+  }
 }
 
 void Engine::keep_apart(const std::vector<uint32_t>& bodies) {
@@ -361,7 +385,8 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
 double Engine::longest_step_s(double most_s, StageTimer& timer) {
   const StageTimer::Scope scope(timer, Stage::broad_phase);
   list_active();
-  const StepChoice choice(shapes_, state_, active_, gravity_.norm(), shaking_, scene_.accuracy);
+  const StepChoice choice(shapes_, state_, active_, gravity_.norm(), shaking_, least_extent_m_,
+                          scene_.accuracy);
   list_step_s_ = std::min(most_s, choice.at_rest_s());
   list_pairs(list_step_s_);
   return choice.longest_s(list_step_s_);

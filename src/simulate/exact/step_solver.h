@@ -17,6 +17,11 @@ class StepSolver {
  public:
   // Works on the bodies, pairs and joints of `state`; `active`: the bodies that do not stand still.
   // All must outlive it.
+  struct Followed {  // a kinematic body in the step to come
+    uint32_t body;
+    double time_s;  // where the step begins
+  };
+
   StepSolver(const Scene& scene, const Model& model, std::span<const CollisionShape> shapes,
              EngineState& state, const std::vector<uint32_t>& active);
 
@@ -29,6 +34,7 @@ class StepSolver {
   // In the step to come the body, which is kinematic, moves as its keys and motors say from
   // `time_s` on: in each substep.
   void follow(uint32_t body, double time_s) { followed_.push_back({body, time_s}); }
+  const std::vector<Followed>& followed() const { return followed_; }
   // Whether solve() has moved the body.
   bool has_moved(uint32_t body) const { return place_[body] != kNone; }
 
@@ -70,10 +76,6 @@ class StepSolver {
   SolverSettings settings_;
   ContactSolver solver_;
   // Scratch of a step.
-  struct Followed {
-    uint32_t body;
-    double time_s;
-  };
   std::vector<Followed> followed_;
   std::vector<uint32_t> place_;      // of bodies in the solver's list
   std::vector<uint8_t> is_touched_;  // bodies that a contact, a joint or the partner may push

@@ -229,7 +229,8 @@ class Surroundings::Search {
       }
       if (!is_covered) {
         const bool is_its_own = own_solid().worst(point, normal).second <= tolerance_m_;
-        return is_its_own ? normal : own_face(point);
+        const Vec3 face = own_face(point);
+        return is_its_own || face.isZero(0) ? normal : face;
       }
       // Along its own face, behind which is its own solid and before it nothing; in a valley that
       // is farther than straight out.
@@ -247,7 +248,7 @@ class Surroundings::Search {
   // The normal of its face at the point, of several the one that the body is most outside of; zero:
   // there is none.
   Vec3 own_face(const Vec3& point) const {
-    if (triangle_) return own_.turn * triangle_->normal;
+    if (triangle_) return own_.turn * (side_ * triangle_->normal);
     const Vec3 at = own_.turn.transpose() * (point - own_.position);
     double most = -kInfinite;
     Vec3 normal = Vec3::Zero();
@@ -298,7 +299,7 @@ class Surroundings::Search {
   // soonest. Zero: along none.
   Vec3 of_own_face(const Vec3& point, const Vec3& normal) {
     if (piece_ == nullptr) {
-      const Vec3 own = own_.turn * (side_ * triangle_->normal);
+      const Vec3 own = own_face(point);
       find(point);
       return all_leave(point, own) ? own : Vec3::Zero();
     }
