@@ -4,18 +4,12 @@
 #include <cassert>
 #include <cmath>
 
-#include "geometry/convex_hull.h"
-
 namespace pilesim {
 namespace {
 
 Vec3 turned(const Eigen::Vector2d& point, double angle) {
   return {point.x() * std::cos(angle), point.y(), point.x() * std::sin(angle)};
 }
-
-// Times the radius of a circle: that of a polygon's corners, so that it is as far outside as inside
-// of the circle.
-double corner_radius(int sides) { return 2 / (1 + std::cos(kPi / sides)); }
 
 }  // namespace
 
@@ -106,30 +100,6 @@ TriangleMesh revolved_mesh(const Profile& profile, int sides) {
     }
   }
   return mesh;
-}
-
-std::vector<TriangleMesh> ring_pieces(const Profile& profile, int pieces, int facets) {
-  assert(pieces >= 3 && facets >= 1);
-  double inner = profile[0].x(), outer = inner;
-  for (const Eigen::Vector2d& point : profile) {
-    inner = std::min(inner, point.x());
-    outer = std::max(outer, point.x());
-  }
-  const double inner_factor = corner_radius(pieces), outer_factor = corner_radius(pieces * facets);
-  std::vector<TriangleMesh> result;
-  for (int piece = 0; piece < pieces; ++piece) {
-    std::vector<Vec3> points;
-    for (int facet = 0; facet <= facets; ++facet) {
-      const double angle = 2 * kPi * (piece + static_cast<double>(facet) / facets) / pieces;
-      for (const Eigen::Vector2d& point : profile) {
-        const double share = (point.x() - inner) / (outer - inner);
-        const double factor = inner_factor + share * (outer_factor - inner_factor);
-        points.push_back(turned({factor * point.x(), point.y()}, angle));
-      }
-    }
-    result.push_back(convex_hull(points));
-  }
-  return result;
 }
 
 }  // namespace pilesim

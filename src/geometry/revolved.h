@@ -26,9 +26,4 @@ MassProperties revolved_mass(const Profile& profile);
 // Closed, with outward triangles; `sides` corners on the circle of each point.
 TriangleMesh revolved_mesh(const Profile& profile, int sides);
 
-// The ring of a convex profile that does not touch the axis, as `pieces` convex hulls, each of
-// `facets` flat sides outward and one inward. Circles become polygons that are as far outside as
-// inside of them.
-std::vector<TriangleMesh> ring_pieces(const Profile& profile, int pieces, int facets);
-
 }  // namespace pilesim

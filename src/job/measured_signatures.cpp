@@ -97,7 +97,13 @@ std::string cache_key(const MeasuredObject& object) {
                           piece.pose.orientation.z(),
                           piece.size.x(),
                           piece.size.y(),
-                          piece.size.z()};
+                          piece.size.z(),
+                          piece.round.bottom,
+                          piece.round.top,
+                          piece.round.height,
+                          piece.round.half_angle,
+                          piece.round.hole,
+                          piece.round.margin};
     key.add_values(std::span<const double>(pose));
     add_mesh(key, piece.hull);
   }

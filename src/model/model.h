@@ -17,6 +17,7 @@
 #include "core/round_surface.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh.h"
+#include "geometry/round_sector.h"
 #include "geometry/sphere_fit.h"
 #include "scene/scene.h"
 
@@ -26,10 +27,11 @@ struct Signature;
 
 // One convex piece of a collision shape, in the body frame (origin at the centre of mass).
 struct CollisionPiece {
-  enum class Kind { hull, box, sphere, cylinder } kind;
-  Pose pose;          // of the primitive in the body frame; identity for a hull
-  Vec3 size;          // box: full edges; sphere: (r, r, r); cylinder: (r, height, r); m
-  TriangleMesh hull;  // for hulls only
+  enum class Kind { hull, box, sphere, round } kind;
+  Pose pose;                 // of the primitive in the body frame; identity for a hull
+  Vec3 size = Vec3::Zero();  // box: full edges; sphere: (r, r, r); m
+  TriangleMesh hull;         // for hulls only
+  RoundSector round = {};    // for round ones only
 };
 
 // A shape ready for use. Everything is in the body frame: origin at the centre of mass, axes of the

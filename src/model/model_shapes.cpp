@@ -46,6 +46,10 @@ CollisionPiece hull_piece(TriangleMesh hull) {
   return {.kind = CollisionPiece::Kind::hull, .size = Vec3::Zero(), .hull = std::move(hull)};
 }
 
+CollisionPiece round_piece(const RoundSector& round, const Pose& pose = {}) {
+  return {.kind = CollisionPiece::Kind::round, .pose = pose, .round = round};
+}
+
 CollisionPiece primitive_piece(CollisionPiece::Kind kind, const Vec3& size,
                                const Vec3& centre = Vec3::Zero()) {
   return {.kind = kind, .pose = {.position = centre}, .size = size};
@@ -58,8 +62,9 @@ double reach_of(const CollisionPiece& piece) {
   const Vec3 centre = piece.pose.orientation.conjugate() * piece.pose.position;
   if (piece.kind == Kind::sphere) return centre.norm() + piece.size.x();
   if (piece.kind == Kind::box) return (centre.cwiseAbs() + piece.size / 2).norm();
-  return std::hypot(std::abs(centre.y()) + piece.size.y() / 2,
-                    std::hypot(centre.x(), centre.z()) + piece.size.x());
+  const double aside = std::hypot(centre.x(), centre.z()), half = piece.round.height / 2;
+  return piece.round.margin + std::max(std::hypot(centre.y() - half, aside + piece.round.bottom),
+                                       std::hypot(centre.y() + half, aside + piece.round.top));
 }
 
 // By area, of a mesh with colours.
@@ -191,11 +196,6 @@ class MeshShapeBuilder {
     static constexpr const char* kNames[] = {"a ball", "a box", "a cylinder", "a cone",
                                              "a capsule"};
     const char* name = kNames[static_cast<size_t>(fitted->kind)];
-    if (fitted->kind == FittedPrimitive::Kind::cone) {
-      add_hull();
-      shape_.collision_report += "; it is a cone, which has no exact form here";
-      return;
-    }
     add_pieces_of(*fitted);
     shape_.collision_report = std::string("recognised as ") + name + ": " +
                               counted(shape_.pieces.size(), "piece") + ", exact, volume error " +
@@ -211,9 +211,13 @@ class MeshShapeBuilder {
       shape_.pieces = capsule_pieces(fitted.pose, fitted.size.x(), fitted.size.y());
       return;
     }
-    const Kind kind = fitted.kind == Form::ball  ? Kind::sphere
-                      : fitted.kind == Form::box ? Kind::box
-                                                 : Kind::cylinder;
+    if (fitted.kind == Form::cylinder || fitted.kind == Form::cone) {
+      const double radius = fitted.size.x(), top = fitted.kind == Form::cone ? 0 : radius;
+      shape_.pieces.push_back(
+          round_piece(RoundSector::frustum(radius, top, fitted.size.y()), fitted.pose));
+      return;
+    }
+    const Kind kind = fitted.kind == Form::ball ? Kind::sphere : Kind::box;
     shape_.pieces.push_back({.kind = kind, .pose = fitted.pose, .size = fitted.size});
   }
 
@@ -329,13 +333,13 @@ void set_round(ModelShape& shape, RoundOutline outline) {
                   .outline = std::move(outline)}};
 }
 
-ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh mesh,
-                     const MassProperties& mass, RoundOutline outline = {}) {
+ModelShape primitive(CollisionPiece piece, TriangleMesh mesh, const MassProperties& mass,
+                     RoundOutline outline = {}) {
   ModelShape shape;
   shape.mesh = std::move(mesh);
   set_round(shape, std::move(outline));
   shape.mass = mass;
-  shape.pieces.push_back(primitive_piece(kind, size));
+  shape.pieces.push_back(std::move(piece));
   finish(shape);
   shape.collision_report = "1 piece, exact";
   return shape;
@@ -402,8 +406,8 @@ ModelShape build_furniture(const std::vector<BoxPart>& parts) {
   ModelShape whole;
   std::vector<MassProperties> masses;
   for (const BoxPart& part : parts) {
-    const ModelShape box = primitive(CollisionPiece::Kind::box, part.size, box_mesh(part.size),
-                                     box_mass_properties(part.size));
+    const ModelShape box = primitive(primitive_piece(CollisionPiece::Kind::box, part.size),
+                                     box_mesh(part.size), box_mass_properties(part.size));
     masses.push_back(append_part(whole, box, {part.centre, Quat::Identity()}));
   }
   whole.mass = combine(masses);
@@ -563,14 +567,16 @@ ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary&
   if (const auto* mesh = std::get_if<MeshShape>(&source)) {
     shape = build_mesh_shape(*mesh, shape_pointer(name), meshes);
   } else if (const auto* box = std::get_if<BoxShape>(&source)) {
-    shape = primitive(Kind::box, box->size, box_mesh(box->size), box_mass_properties(box->size));
+    shape = primitive(primitive_piece(Kind::box, box->size), box_mesh(box->size),
+                      box_mass_properties(box->size));
   } else if (const auto* ball = std::get_if<SphereShape>(&source)) {
-    shape = primitive(Kind::sphere, Vec3::Constant(ball->radius), sphere_mesh(ball->radius),
-                      sphere_mass_properties(ball->radius), ball_outline(ball->radius));
+    shape = primitive(primitive_piece(Kind::sphere, Vec3::Constant(ball->radius)),
+                      sphere_mesh(ball->radius), sphere_mass_properties(ball->radius),
+                      ball_outline(ball->radius));
   } else if (const auto* cylinder = std::get_if<CylinderShape>(&source)) {
     const auto& [radius, height] = *cylinder;
-    shape = primitive(Kind::cylinder, {radius, height, radius}, cylinder_mesh(radius, height),
-                      cylinder_mass_properties(radius, height),
+    shape = primitive(round_piece(RoundSector::cylinder(radius, height)),
+                      cylinder_mesh(radius, height), cylinder_mass_properties(radius, height),
                       frustum_outline(radius, radius, height));
   } else if (const auto* compound = std::get_if<CompoundShape>(&source)) {
     shape = build_compound(scene, *compound, shape_pointer(name), meshes);

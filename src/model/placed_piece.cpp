@@ -32,8 +32,9 @@ PieceCore::PieceCore(const CollisionPiece& piece) : kind_(piece.kind), pose_(pie
     case CollisionPiece::Kind::sphere:
       radius_m_ = piece.size.x();
       break;
-    case CollisionPiece::Kind::cylinder:
-      half_extent_ = {piece.size.x(), piece.size.y() / 2, piece.size.z()};
+    case CollisionPiece::Kind::round:
+      round_ = piece.round;
+      radius_m_ = piece.round.margin;
       break;
   }
   box_ = bounds_of(*this, radius_m_);
@@ -59,15 +60,8 @@ Vec3 PieceCore::farthest(const Vec3& direction) const {
           direction, [](double half, double along) { return std::copysign(half, along); });
     case CollisionPiece::Kind::sphere:
       return Vec3::Zero();
-    case CollisionPiece::Kind::cylinder: {
-      Vec3 point(0, std::copysign(half_extent_.y(), direction.y()), 0);
-      const double across = std::hypot(direction.x(), direction.z());
-      if (across > 0) {
-        point.x() = half_extent_.x() * direction.x() / across;
-        point.z() = half_extent_.x() * direction.z() / across;
-      }
-      return point;
-    }
+    case CollisionPiece::Kind::round:
+      return round_.farthest(direction);
   }
   return Vec3::Zero();
 }

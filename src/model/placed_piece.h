@@ -22,7 +22,8 @@ class PieceCore {
  private:
   CollisionPiece::Kind kind_;
   Pose pose_;
-  Vec3 half_extent_;  // m, of a box; a cylinder's (radius, half of its height, radius)
+  Vec3 half_extent_;  // m, of a box
+  RoundSector round_;
   std::array<std::vector<double>, 3> corners_;  // m, of a hull: x, y and z
   double radius_m_ = 0;
   Bounds box_;

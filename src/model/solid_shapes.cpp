@@ -36,23 +36,27 @@ std::vector<CollisionPiece> hull_pieces(std::vector<TriangleMesh> hulls) {
   return pieces;
 }
 
-// How far a polygon of so many sides is from the circle that it crosses in the middle of each.
-double ring_error(double radius, int sides) {
-  const double flat = std::cos(kPi / sides);
-  return radius * (1 - flat) / (1 + flat);
+// The fewest, from `least` on, whose chords are that near to a circle.
+int ring_pieces(double radius, double error_m, int least) {
+  constexpr int kMost = 64;
+  int pieces = least;
+  while (pieces < kMost && radius * (1 - std::cos(kPi / pieces)) > error_m) ++pieces;
+  return pieces;
 }
 
-// The fewest in the range with which the ring is that near to a circle.
-int ring_sides(double radius, double error_m, int least) {
-  constexpr int kMost = 64;
-  int sides = least;
-  while (sides < kMost && ring_error(radius, sides) > error_m) ++sides;
-  return sides;
+// A ring about the axis y of so many sectors.
+std::vector<CollisionPiece> sectors(RoundSector sector, int count) {
+  sector.half_angle = kPi / count;
+  std::vector<CollisionPiece> pieces;
+  for (int i = 0; i < count; ++i) {
+    const Quat turn(Eigen::AngleAxisd(2 * kPi * i / count, Vec3::UnitY()));
+    pieces.push_back({.kind = Kind::round, .pose = {.orientation = turn}, .round = sector});
+  }
+  return pieces;
 }
 
 SolidShape made(const ConeShape& cone) {
   const Profile profile = frustum_profile(cone.radius, cone.top_radius, cone.height);
-  std::vector<TriangleMesh> hull = {convex_hull(revolved_mesh(profile, kSides).vertices)};
   // A circle near the tip, so that the tip's normal shades no more than the tip.
   constexpr double kTip = 0.02;  // of the height
   Profile drawn = profile;
@@ -60,10 +64,12 @@ SolidShape made(const ConeShape& cone) {
     const Eigen::Vector2d base = profile[1], tip = profile[2];
     drawn.insert(drawn.end() - 1, tip + kTip * (base - tip));
   }
-  const double wider = std::max(cone.radius, cone.top_radius);
-  return {revolved_mesh(drawn, kSides), frustum_outline(cone.radius, cone.top_radius, cone.height),
-          revolved_mass(profile), hull_pieces(std::move(hull)),
-          report("cone", 1, wider * (1 - std::cos(kPi / kSides)))};
+  return {revolved_mesh(drawn, kSides),
+          frustum_outline(cone.radius, cone.top_radius, cone.height),
+          revolved_mass(profile),
+          {{.kind = Kind::round,
+            .round = RoundSector::frustum(cone.radius, cone.top_radius, cone.height)}},
+          "1 piece, exact"};
 }
 
 SolidShape made(const CapsuleShape& capsule) {
@@ -76,30 +82,32 @@ SolidShape made(const CapsuleShape& capsule) {
           std::move(text)};
 }
 
-// Its tube collides as a prism of 16 sides around it, level where it lies.
+// Exact outside; its hole has chords.
 SolidShape made(const TorusShape& torus) {
-  constexpr int kTubeSides = 16, kFewestPieces = 24;
-  constexpr double kError = 0.02;  // of the tube's radius, each, across and around
+  constexpr int kFewestPieces = 24;
+  constexpr double kError = 0.03;  // of the tube's radius
   const auto& [ring, tube] = torus;
-  const double corner = tube / std::cos(kPi / kTubeSides);
-  const int count = ring_sides(ring + tube, kError * tube, kFewestPieces);
-  const double error_m = corner - tube + ring_error(ring + corner, count);
+  const int count = ring_pieces(ring, kError * tube, kFewestPieces);
   return {revolved_mesh(torus_profile(ring, tube, 2 * kAcross), kSides), torus_outline(ring, tube),
           revolved_mass(torus_profile(ring, tube, 2 * kFineAcross)),
-          hull_pieces(ring_pieces(torus_profile(ring, corner, kTubeSides), count, 1)),
-          report("torus", static_cast<size_t>(count), error_m)};
+          sectors({.bottom = ring, .top = ring, .margin = tube}, count),
+          report("torus", static_cast<size_t>(count), ring * (1 - std::cos(kPi / count)))};
 }
 
+// Exact outside; the chords of its hole are as far on either side of it.
 SolidShape made(const TubeShape& tube) {
   constexpr int kFewestPieces = 16;
-  constexpr double kError = 0.25;  // of the wall
+  constexpr double kError = 0.5;  // of the wall, on both sides together
   const double inner = tube.radius - tube.thickness;
   const Profile profile = tube_profile(tube.radius, inner, tube.height);
-  const int count = ring_sides(tube.radius, kError * tube.thickness, kFewestPieces);
-  const int facets = std::max(1, kSides / count);
+  const int count = ring_pieces(inner, kError * tube.thickness, kFewestPieces);
+  const double flat = std::cos(kPi / count);
+  const double hole = std::min(2 * inner / (1 + flat), inner + tube.thickness / 2);
   return {revolved_mesh(profile, kSides), tube_outline(tube.radius, inner, tube.height),
-          revolved_mass(profile), hull_pieces(ring_pieces(profile, count, facets)),
-          report("tube", static_cast<size_t>(count), ring_error(inner, count))};
+          revolved_mass(profile),
+          sectors({.bottom = tube.radius, .top = tube.radius, .height = tube.height, .hole = hole},
+                  count),
+          report("tube", static_cast<size_t>(count), inner - hole * flat)};
 }
 
 SolidShape made(const WedgeShape& wedge) {
@@ -208,7 +216,8 @@ std::vector<CollisionPiece> capsule_pieces(const Pose& pose, double radius, doub
         {.kind = Kind::sphere, .pose = {centre, pose.orientation}, .size = Vec3::Constant(radius)});
   }
   if (straight > kFlat * radius) {
-    pieces.push_back({.kind = Kind::cylinder, .pose = pose, .size = {radius, straight, radius}});
+    pieces.push_back(
+        {.kind = Kind::round, .pose = pose, .round = RoundSector::cylinder(radius, straight)});
   }
   return pieces;
 }

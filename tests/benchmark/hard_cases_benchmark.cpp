@@ -282,7 +282,7 @@ fs::path write_million_triangles(const fs::path& directory) {
     v *= 1 + 0.03 * std::sin(70 * v.x()) * std::sin(60 * v.y()) * std::sin(50 * v.z());
   }
   write_obj(ball, directory / "million_triangles.obj");
-  const fs::path scene = directory / "million_triangles.json";
+  fs::path scene = directory / "million_triangles.json";
   FILE* file = std::fopen(scene.c_str(), "w");
   std::fputs(R"({"version": 1, "duration_s": 4, "materials": {"stone": {"friction": 0.7}},
     "shapes": {"ground": {"type": "plane"}, "ball": {"type": "mesh", "file": "million_triangles.obj"}},

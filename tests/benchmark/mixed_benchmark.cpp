@@ -161,7 +161,7 @@ void run(int argc, char** argv) {
   const MachineInfo machine = machine_info();
   std::printf("%s, %s, %d threads\n", machine.cpu.c_str(), machine.system.c_str(), thread_count());
   std::vector<double> time_s;
-  const auto frames = static_cast<size_t>(scene.duration_s * scene.frame_rate + 0.5);
+  const auto frames = static_cast<size_t>(std::lround(scene.duration_s * scene.frame_rate));
   while (time_s.size() < frames) {
     time_s.push_back(static_cast<double>(time_s.size() + 1) / scene.frame_rate);
     for (const auto& run : runs) run->step_frame();

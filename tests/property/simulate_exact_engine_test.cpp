@@ -46,7 +46,7 @@ Quat random_turn(Philox& random) {
 
 CollisionPiece random_piece(Philox& random) {
   CollisionPiece piece;
-  switch (random.bits() % 4) {
+  switch (random.bits() % 7) {
     case 0:
       piece.kind = CollisionPiece::Kind::box;
       piece.size = {0.2 + random.uniform(), 0.2 + random.uniform(), 0.2 + random.uniform()};
@@ -56,10 +56,32 @@ CollisionPiece random_piece(Philox& random) {
       piece.size = Vec3::Constant(0.2 + 0.5 * random.uniform());
       break;
     case 2:
-      piece.kind = CollisionPiece::Kind::cylinder;
-      piece.size.x() = piece.size.z() = 0.2 + 0.5 * random.uniform();
-      piece.size.y() = 0.2 + random.uniform();
+      piece.kind = CollisionPiece::Kind::round;
+      piece.round = RoundSector::cylinder(0.2 + 0.5 * random.uniform(), 0.2 + random.uniform());
       break;
+    case 3:  // a cone, or a part of one
+      piece.kind = CollisionPiece::Kind::round;
+      piece.round =
+          RoundSector::frustum(0.2 + 0.5 * random.uniform(), std::max(0.0, random.uniform() - 0.5),
+                               0.2 + random.uniform());
+      break;
+    case 4:  // of a tube
+      piece.kind = CollisionPiece::Kind::round;
+      piece.round = RoundSector::cylinder(0.4 + 0.5 * random.uniform(), 0.2 + random.uniform());
+      piece.round.half_angle = 0.1 + random.uniform();
+      piece.round.hole = (0.3 + 0.5 * random.uniform()) * piece.round.bottom;
+      piece.pose.position.x() = -0.9 * piece.round.bottom;
+      break;
+    case 5: {  // of a torus
+      const double ring = 0.4 + 0.5 * random.uniform();
+      piece.kind = CollisionPiece::Kind::round;
+      piece.round = {.bottom = ring,
+                     .top = ring,
+                     .half_angle = 0.1 + random.uniform(),
+                     .margin = 0.1 + 0.2 * random.uniform()};
+      piece.pose.position.x() = -ring;
+      break;
+    }
     default:
       piece.kind = CollisionPiece::Kind::hull;
       std::vector<Vec3> points;
@@ -157,9 +179,9 @@ TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
       deepest = std::min(deepest, point.distance_m);
       EXPECT_GT(point.normal.dot(found.normal), 0.9);
     }
-    // Clipping treats the rims of cylinders as polygons.
+    // Clipping treats rims as polygons.
     const bool has_rim =
-        a.kind == CollisionPiece::Kind::cylinder || b.kind == CollisionPiece::Kind::cylinder;
+        a.kind == CollisionPiece::Kind::round || b.kind == CollisionPiece::Kind::round;
     EXPECT_NEAR(deepest, found.distance_m, has_rim ? 0.01 : 1e-3) << i;
   }
 }
@@ -268,8 +290,8 @@ TEST(ExactEngine, PiecesReachAsFarAsTheirHulls) {
 // Parallel logs touch from the first common end to the last.
 TEST(ExactEngine, LogsTouchAllAlongEachOther) {
   CollisionPiece log;
-  log.kind = CollisionPiece::Kind::cylinder;
-  log.size = {0.1, 1, 0.1};
+  log.kind = CollisionPiece::Kind::round;
+  log.round = RoundSector::cylinder(0.1, 1);
   const ConvexPiece piece(log);
   for (const double shift : {-0.7, -0.2, 0.0, 0.3}) {
     const Pose pose{{0.1999, shift, 0}, Quat::Identity()};
@@ -290,8 +312,8 @@ TEST(ExactEngine, LogsTouchAllAlongEachOther) {
 // the other end would be free.
 TEST(ExactEngine, LogsThatAreTiltedTouchAtBothEnds) {
   CollisionPiece log;
-  log.kind = CollisionPiece::Kind::cylinder;
-  log.size = {0.1, 1, 0.1};
+  log.kind = CollisionPiece::Kind::round;
+  log.round = RoundSector::cylinder(0.1, 1);
   const ConvexPiece piece(log);
   constexpr double kAway = 0.19, kTilt = 0.02;  // m, rad
   const auto points_of = [&](const Vec3& about, double angle) {

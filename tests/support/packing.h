@@ -91,6 +91,7 @@ class PackedBodies {
     Vec3 position;
     Mat3 to_piece;  // from the body frame's axes
     Vec3 size;
+    RoundSector round;
     std::vector<std::pair<Vec3, double>> planes;  // of a hull: outward normal, offset
   };
   struct Placed {
@@ -102,11 +103,9 @@ class PackedBodies {
   static std::vector<Piece> pieces_of(const ModelShape& shape) {
     std::vector<Piece> pieces;
     for (const CollisionPiece& source : shape.pieces) {
-      Piece piece{source.kind,
-                  source.pose.position,
-                  source.pose.orientation.toRotationMatrix().transpose(),
-                  source.size,
-                  {}};
+      Piece piece{
+          source.kind, source.pose.position, source.pose.orientation.toRotationMatrix().transpose(),
+          source.size, source.round,         {}};
       for (const Triangle& t : source.hull.triangles) {
         const Vec3& a = source.hull.vertices[t[0]];
         const Vec3 across = (source.hull.vertices[t[1]] - a).cross(source.hull.vertices[t[2]] - a);
@@ -128,8 +127,10 @@ class PackedBodies {
         return (p.cwiseAbs().array() <= piece.size.array() / 2).all();
       case CollisionPiece::Kind::sphere:
         return p.squaredNorm() <= piece.size.x() * piece.size.x();
-      case CollisionPiece::Kind::cylinder:
-        return std::abs(p.y()) <= piece.size.y() / 2 && std::hypot(p.x(), p.z()) <= piece.size.x();
+      case CollisionPiece::Kind::round: {  // whole, as cylinders are
+        const RoundSector& round = piece.round;
+        return std::abs(p.y()) <= round.height / 2 && std::hypot(p.x(), p.z()) <= round.bottom;
+      }
     }
     return false;
   }

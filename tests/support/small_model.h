@@ -63,7 +63,8 @@ struct SmallModel {
     shape.mass = cylinder_mass_properties(radius, height);
     shape.bounding_radius = std::hypot(radius, height / 2);
     shape.smallest_extent = std::min(2 * radius, height);
-    shape.pieces.push_back({CollisionPiece::Kind::cylinder, {}, {radius, height, radius}, {}});
+    shape.pieces.push_back(
+        {.kind = CollisionPiece::Kind::round, .round = RoundSector::cylinder(radius, height)});
     return add(std::move(shape));
   }
 

@@ -68,37 +68,5 @@ TEST(Revolved, SurfacesAreClosedAndComeNearTheSolid) {
   }
 }
 
-// Side by side: their volumes add up to that of a ring whose corners are as far out as in.
-TEST(Revolved, PiecesOfARingAreConvexAndFillIt) {
-  const auto expect_ring = [](const Profile& profile, double outer, double inner, int pieces,
-                              int facets) {
-    const std::vector<TriangleMesh> ring = ring_pieces(profile, pieces, facets);
-    ASSERT_EQ(ring.size(), static_cast<size_t>(pieces));
-    double volume = 0;
-    for (const TriangleMesh& piece : ring) {
-      for (const MeshDefect& defect : find_mesh_defects(piece)) ADD_FAILURE() << defect.text;
-      const double own = mass_properties(piece).volume_m3;
-      EXPECT_NEAR(mass_properties(convex_hull(piece.vertices)).volume_m3, own, 1e-9 * own);
-      volume += own;
-      for (const Vec3& vertex : piece.vertices) {
-        const double radius = std::hypot(vertex.x(), vertex.z());
-        EXPECT_LE(radius, 1.01 * outer);
-        EXPECT_GE(radius, inner);
-      }
-    }
-    const double wanted = revolved_mass(profile).volume_m3;
-    EXPECT_NEAR(volume, wanted, 0.02 * wanted);
-  };
-  expect_ring(torus_profile(1, 0.25, 16), 1.25, 0.75, 24, 1);
-  expect_ring(tube_profile(1, 0.5, 0.7), 1, 0.5, 16, 3);
-}
-
-// Level where it lies, as high as the tube's circle in the middle of its sides.
-TEST(Revolved, ATorusOfFlatSidesLiesLevel) {
-  const Profile profile = torus_profile(1, 0.2 / std::cos(kPi / 16), 16);
-  EXPECT_NEAR(profile.front().y(), -0.2, 1e-12);
-  EXPECT_NEAR(profile.back().y(), -0.2, 1e-12);
-}
-
 }  // namespace
 }  // namespace pilesim

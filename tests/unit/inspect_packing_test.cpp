@@ -88,7 +88,8 @@ TEST(Packing, CountsWhatIsSharedOnceAndTwice) {
 
 TEST(Packing, TheProfileOfACylinderOnTheAxis) {
   Arrangement one;
-  one.add(one.shape({CollisionPiece::Kind::cylinder, {}, Vec3(0.5, 1, 0.5), {}}, kPi / 4, 0.8),
+  one.add(one.shape({.kind = CollisionPiece::Kind::round, .round = RoundSector::cylinder(0.5, 1)},
+                    kPi / 4, 0.8),
           Vec3(0, 0.5, 0));
   const std::vector<double> porosity =
       porosity_from_wall(one.packing(), {.radius_m = 1, .low_m = 0, .high_m = 2}, 10, 20000);

@@ -182,11 +182,12 @@ TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
   const double r = kEdge / 2;
   CollisionPiece hull{.kind = Kind::hull};
   hull.hull.vertices = {{-r, -r, -r}, {r, -r, -r}, {0, -r, r}, {0, r, 0}};
-  const std::vector<CollisionPiece> pieces = {{.kind = Kind::box, .size = Vec3::Constant(kEdge)},
-                                              {.kind = Kind::sphere, .size = Vec3::Constant(r)},
-                                              {.kind = Kind::cylinder, .size = Vec3(r, kEdge, r)},
-                                              hull,
-                                              {.kind = Kind::box, .size = Vec3(10, kEdge, 10)}};
+  const std::vector<CollisionPiece> pieces = {
+      {.kind = Kind::box, .size = Vec3::Constant(kEdge)},
+      {.kind = Kind::sphere, .size = Vec3::Constant(r)},
+      {.kind = Kind::round, .round = RoundSector::cylinder(r, kEdge)},
+      hull,
+      {.kind = Kind::box, .size = Vec3(10, kEdge, 10)}};
   for (const CollisionPiece& piece : pieces) {
     ModelShape shape = model.shapes[1];
     shape.pieces = {piece};
@@ -209,7 +210,8 @@ TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
 TEST_F(PileInspection, AgreesWithEveryPairTakenAlone) {
   // A random heap: the deepest overlap and the number of pairs, from all pairs of boxes.
   for (int i = 0; i < 40; ++i) {
-    add_box(Vec3(0.13 * (i % 4), 0.6 + 0.15 * (i / 16), 0.14 * (i / 4 % 4)));
+    const int layer = i / 16, row = i / 4 % 4;
+    add_box(Vec3(0.13 * (i % 4), 0.6 + 0.15 * layer, 0.14 * row));
   }
   uint64_t pairs = 0;
   double deepest = 0;

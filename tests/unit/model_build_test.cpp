@@ -90,7 +90,9 @@ TEST_F(SceneModel, PrimitivesAreExact) {
   EXPECT_EQ(model.bodies[1].mass_kg, 0);
   EXPECT_EQ(model.shapes[0].pieces[0].kind, CollisionPiece::Kind::box);
   EXPECT_EQ(model.shapes[0].pieces[0].size, Vec3(1, 2, 3));
-  EXPECT_EQ(model.shapes[1].pieces[0].size, Vec3(0.5, 2, 0.5));
+  EXPECT_EQ(model.shapes[1].pieces[0].round.bottom, 0.5);
+  EXPECT_EQ(model.shapes[1].pieces[0].round.top, 0.5);
+  EXPECT_EQ(model.shapes[1].pieces[0].round.height, 2);
   EXPECT_DOUBLE_EQ(model.shapes[1].mass.volume_m3, kPi / 2);
   EXPECT_EQ(model.shapes[2].pieces[0].size, Vec3(2, 2, 2));
   EXPECT_NEAR(model.shapes[2].bounding_radius, 2, 1e-12);
@@ -169,8 +171,11 @@ TEST_F(SceneModel, MeshesThatArePrimitivesCollideAsThese) {
   EXPECT_LT((round.origin_offset - pose.position).norm(), 1e-6);
   EXPECT_THAT(round.collision_report, HasSubstr("recognised as a ball: 1 piece, exact"));
   ASSERT_EQ(long_one.pieces.size(), 1u);
-  EXPECT_EQ(long_one.pieces[0].kind, CollisionPiece::Kind::cylinder);
-  EXPECT_LT((long_one.pieces[0].size - Vec3(0.5, 2, 0.5)).norm(), 1e-5);
+  EXPECT_EQ(long_one.pieces[0].kind, CollisionPiece::Kind::round);
+  const RoundSector& can_piece = long_one.pieces[0].round;
+  EXPECT_NEAR(can_piece.bottom, 0.5, 1e-5);
+  EXPECT_EQ(can_piece.top, can_piece.bottom);
+  EXPECT_NEAR(can_piece.height, 2, 1e-5);
   EXPECT_GT(std::abs((long_one.pieces[0].pose.orientation * Vec3::UnitY())
                          .dot(pose.orientation * Vec3::UnitY())),
             1 - 1e-9);

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
+#include "geometry/primitives.h"
 #include "geometry/round_crossings.h"
 #include "model/model.h"
 #include "scene/scene_loader.h"
@@ -57,6 +58,13 @@ void expect_solid(const ModelShape& shape, double volume, double most_inertia,
   EXPECT_LT(drawn.centre_of_mass.norm(), 2e-3 * shape.bounding_radius);
   EXPECT_FALSE(shape.pieces.empty());
   for (const CollisionPiece& piece : shape.pieces) {
+    if (piece.kind == CollisionPiece::Kind::round) {
+      for (const Vec3& corner : box_mesh(Vec3::Ones()).vertices) {
+        const Vec3 along = corner.normalized();
+        const Vec3 farthest = piece.round.farthest(along) + piece.round.margin * along;
+        EXPECT_LE(piece.pose.apply(farthest).norm(), shape.bounding_radius * (1 + 1e-12));
+      }
+    }
     if (piece.kind != CollisionPiece::Kind::hull) continue;
     EXPECT_THAT(find_mesh_defects(piece.hull), IsEmpty());
     for (const Vec3& vertex : piece.hull.vertices) {
@@ -146,7 +154,8 @@ TEST_F(SolidShapes, ACapsuleIsTwoBallsAndACylinder) {
   ASSERT_EQ(capsule.pieces.size(), 3u);
   EXPECT_EQ(capsule.pieces[0].kind, CollisionPiece::Kind::sphere);
   EXPECT_NEAR(std::abs(capsule.pieces[1].pose.position.y()), 0.15, 1e-12);
-  EXPECT_EQ(capsule.pieces[2].size, Vec3(0.1, 0.3, 0.1));
+  EXPECT_EQ(capsule.pieces[2].round.bottom, 0.1);
+  EXPECT_NEAR(capsule.pieces[2].round.height, 0.3, 1e-12);
   EXPECT_NEAR(capsule.bounding_radius, 0.25, 1e-12);
 }
 
@@ -155,13 +164,7 @@ TEST_F(SolidShapes, RingsAreOpen) {
   for (const char* keys : {R"("type": "torus", "radius": 0.3, "tube_radius": 0.1)",
                            R"("type": "tube", "radius": 0.3, "height": 0.2, "thickness": 0.1)"}) {
     for (const CollisionPiece& piece : shape(keys).pieces) {
-      // Piece by piece a half-space beyond 0.18 m along the middle of it.
-      Vec3 middle = Vec3::Zero();
-      for (const Vec3& vertex : piece.hull.vertices) middle += vertex;
-      middle.y() = 0;
-      for (const Vec3& vertex : piece.hull.vertices) {
-        EXPECT_GT(vertex.dot(middle.normalized()), 0.18);
-      }
+      EXPECT_GT(piece.round.farthest(-Vec3::UnitX()).x() - piece.round.margin, 0.18);
     }
   }
 }

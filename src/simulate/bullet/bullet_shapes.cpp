@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace pilesim {
 namespace {
@@ -11,9 +12,43 @@ namespace {
 // axes, so that a box stays a box to Bullet.
 constexpr double kDiagonalShare = 1e-9;
 
+// Tells ends of a round piece from each other.
+constexpr double kLittle = 1e-6;
+
 bool is_diagonal(const Mat3& inertia) {
   const Mat3 products = inertia - Mat3(inertia.diagonal().asDiagonal());
   return products.cwiseAbs().maxCoeff() <= kDiagonalShare * inertia.trace();
+}
+
+// `pose`: of the points; identity afterwards.
+std::unique_ptr<btConvexShape> hull_shape(std::span<const Vec3> points, double margin_m,
+                                          Pose& pose) {
+  auto hull = std::make_unique<btConvexHullShape>();
+  for (const Vec3& point : points) hull->addPoint(to_bullet(pose.apply(point)), false);
+  hull->setMargin(margin_m);
+  hull->recalcLocalAabb();
+  pose = {};
+  return hull;
+}
+
+// A whole cylinder as it is, others as hulls of points on their arcs.
+std::unique_ptr<btConvexShape> round_shape(const RoundSector& round, double margin_m, Pose& pose) {
+  if (round.is_whole() && round.bottom == round.top) {
+    auto cylinder =
+        std::make_unique<btCylinderShape>(btVector3(round.bottom, round.height / 2, round.bottom));
+    cylinder->setMargin(margin_m);
+    return cylinder;
+  }
+  constexpr int kAround = 48;
+  std::vector<Vec3> points;
+  for (int i = 0; i < kAround; ++i) {
+    const double angle = 2 * kPi * i / kAround;
+    for (const double up : {-1.0, 1.0}) {
+      points.push_back(round.farthest({std::cos(angle), kLittle * up, std::sin(angle)}));
+      points.push_back(round.farthest({kLittle * std::cos(angle), up, kLittle * std::sin(angle)}));
+    }
+  }
+  return hull_shape(points, std::max(margin_m, round.margin), pose);
 }
 
 // `pose`: of the piece; identity afterwards where its points have it already.
@@ -27,22 +62,12 @@ std::unique_ptr<btConvexShape> convex_shape(const CollisionPiece& piece, double 
       shape = std::make_unique<btBoxShape>(to_bullet(Vec3(piece.size / 2)));
       shape->setMargin(margin_m);
       return shape;
-    case CollisionPiece::Kind::cylinder:
-      shape = std::make_unique<btCylinderShape>(
-          btVector3(piece.size.x(), piece.size.y() / 2, piece.size.z()));
-      shape->setMargin(margin_m);
-      return shape;
+    case CollisionPiece::Kind::round:
+      return round_shape(piece.round, margin_m, pose);
     case CollisionPiece::Kind::hull:
       break;
   }
-  auto hull = std::make_unique<btConvexHullShape>();
-  for (const Vec3& vertex : piece.hull.vertices) {
-    hull->addPoint(to_bullet(pose.apply(vertex)), false);
-  }
-  hull->setMargin(margin_m);
-  hull->recalcLocalAabb();
-  pose = {};
-  return hull;
+  return hull_shape(piece.hull.vertices, margin_m, pose);
 }
 
 }  // namespace

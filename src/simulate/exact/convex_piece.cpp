@@ -8,6 +8,7 @@
 
 #include "geometry/hull_faces.h"
 #include "geometry/primitives.h"
+#include "simulate/exact/exact_constants.h"
 #include "simulate/exact/lanes.h"
 
 namespace pilesim::exact {
@@ -51,6 +52,11 @@ uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
   best_block.store(block);
   return static_cast<uint32_t>(block[lane]) * static_cast<uint32_t>(kVertexLanes) + lane;
 }
+
+// Arcs are cut where a whole number of steps is exceeded by more.
+constexpr double kRimTolerance = 1e-9;
+// A direction this near to the axis (sine) has no angle about it.
+constexpr double kAlongAxis = 1e-12;
 
 // Corners that are one but for rounding: by vertex, the first of those that it is one with. A side
 // from one to the other would point anywhere, and cut off what lies over the face.
@@ -128,32 +134,9 @@ ConvexPiece::ConvexPiece(const CollisionPiece& piece) {
       take_vertices({piece.pose.position});
       measure();
       return;
-    case CollisionPiece::Kind::cylinder: {
-      kind_ = Kind::cylinder;
-      axis_ = piece.pose.orientation * Vec3::UnitY();
-      half_height_m_ = piece.size.y() / 2;
-      round_m_ = piece.size.x();
-      std::vector<Vec3> rims;
-      for (const double side : {1.0, -1.0}) {
-        faces_.push_back({side * axis_, side * axis_.dot(piece.pose.position) + half_height_m_,
-                          static_cast<uint32_t>(rims.size()), kRimPoints});
-        for (uint32_t i = 0; i < kRimPoints; ++i) {
-          const double angle = -side * 2 * kPi * i / kRimPoints;
-          loops_.push_back(static_cast<uint32_t>(rims.size()));
-          rims.push_back(piece.pose.apply(
-              {round_m_ * std::cos(angle), side * half_height_m_, round_m_ * std::sin(angle)}));
-        }
-      }
-      take_vertices(std::move(rims));
-      measure();
-      centre_ = piece.pose.position;
-      const Vec3 across = (Vec3::Ones() - axis_.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
-      const Vec3 half = half_height_m_ * axis_.cwiseAbs() + round_m_ * across;
-      box_ = Bounds(Vec3(centre_ - half), Vec3(centre_ + half));
-      smallest_extent_m_ = 2 * std::min(half_height_m_, round_m_);
-      map_faces();
+    case CollisionPiece::Kind::round:
+      make_round(piece);
       return;
-    }
     case CollisionPiece::Kind::box:
       mesh = box_mesh(piece.size);
       break;
@@ -174,6 +157,76 @@ ConvexPiece::ConvexPiece(const CollisionPiece& piece) {
   for (Vec3& vertex : mesh.vertices) vertex = piece.pose.apply(vertex);
   take_vertices(std::move(mesh.vertices));
   measure();
+  map_faces();
+}
+
+// Corners first, each arc in turn, then those of the hole.
+void ConvexPiece::make_round(const CollisionPiece& piece) {
+  kind_ = Kind::round;
+  sector_ = piece.round;
+  radius_m_ = sector_.margin;
+  foot_ = piece.pose.position;
+  sector_turn_ = piece.pose.orientation.toRotationMatrix();
+  const bool is_whole = sector_.is_whole();
+  const auto steps =
+      static_cast<uint32_t>(std::ceil(sector_.half_angle / (kPi / kRimPoints) - kRimTolerance));
+  std::vector<Vec3> corners;
+  std::array<std::vector<uint32_t>, 2> ends;  // of the lower face and of the upper one
+  const auto add = [&](std::vector<uint32_t>& end, double radius, double y, double angle) {
+    end.push_back(static_cast<uint32_t>(corners.size()));
+    corners.emplace_back(radius * std::cos(angle), y, radius * std::sin(angle));
+  };
+  const bool is_flat = sector_.height == 0;
+  for (size_t i = 0; i < (is_flat ? 1 : 2); ++i) {
+    const double radius = i == 0 ? sector_.bottom : sector_.top;
+    const double y = (i == 0 ? -0.5 : 0.5) * sector_.height;
+    const uint32_t last = is_whole ? steps - 1 : steps;
+    for (uint32_t k = 0; k <= (radius > 0 ? last : 0); ++k) {
+      add(ends[i], radius, y, sector_.half_angle * (2.0 * k / steps - 1));
+    }
+    if (is_whole || is_flat) continue;
+    add(ends[i], sector_.hole, y, sector_.half_angle);
+    add(ends[i], sector_.hole, y, -sector_.half_angle);
+  }
+  // Counter-clockwise from outside for the lower end: the angle turns from x to z.
+  const auto add_face = [&](std::span<const uint32_t> loop) {
+    if (loop.size() < 3) return;
+    const auto first = static_cast<uint32_t>(loops_.size());
+    loops_.insert(loops_.end(), loop.begin(), loop.end());
+    const Vec3 along = corners[loop[1]] - corners[loop[0]];
+    const Vec3 normal = along.cross(corners[loop.back()] - corners[loop[0]]).normalized();
+    const Vec3 turned = sector_turn_ * normal;
+    faces_.push_back({turned, normal.dot(corners[loop[0]]) + turned.dot(foot_), first,
+                      static_cast<uint32_t>(loop.size())});
+  };
+  if (radius_m_ == 0 && !is_flat) {
+    std::vector<uint32_t>&lower = ends[0], &upper = ends[1];
+    add_face(lower);
+    if (!is_whole) {
+      const auto quad = [&](size_t a, size_t b) {
+        const std::array corners_of_quad = {lower[b], lower[a], upper[a], upper[b]};
+        add_face(corners_of_quad);
+      };
+      const size_t arc = lower.size() - 2;
+      quad(arc - 1, arc);
+      quad(arc, arc + 1);
+      quad(arc + 1, 0);
+    }
+    std::ranges::reverse(upper);
+    add_face(upper);
+  }
+  for (Vec3& corner : corners) corner = piece.pose.apply(corner);
+  take_vertices(std::move(corners));
+  Bounds own;  // in the sector's frame
+  for (int k = 0; k < 3; ++k) {
+    for (const double side : {1.0, -1.0}) {
+      const Vec3 along = side * Vec3::Unit(k);
+      own.extend(Vec3(sector_.farthest(along) + radius_m_ * along));
+      box_.extend(Vec3(farthest(along) + radius_m_ * along));
+    }
+  }
+  smallest_extent_m_ = own.sizes().minCoeff();
+  centre_ = foot_ + sector_turn_ * own.center();
   map_faces();
 }
 
@@ -219,7 +272,14 @@ void ConvexPiece::map_faces() {
   for (const Face& face : faces_) {
     inner_radius_m_ = std::min(inner_radius_m_, face.offset_m - face.normal.dot(centre_));
   }
-  if (kind_ == Kind::cylinder) inner_radius_m_ = std::min(inner_radius_m_, round_m_);
+  if (kind_ == Kind::round) {
+    const double aside = (centre_ - foot_).norm();
+    const double across = std::hypot(sector_.height, sector_.bottom - sector_.top);
+    inner_radius_m_ =
+        faces_.empty()
+            ? 0
+            : std::min(inner_radius_m_, (sector_.radius_at(0) - aside) * sector_.height / across);
+  }
   inner_radius_m_ = std::max(inner_radius_m_, 0.0);
   find_sides();
   std::vector<Vec3> normals;
@@ -256,18 +316,45 @@ Vec3 ConvexPiece::farthest(const Vec3& direction) const {
   switch (kind_) {
     case Kind::sphere:
       return vertices_[0];
-    case Kind::cylinder: {
-      const double along = axis_.dot(direction);
-      const Vec3 across = direction - along * axis_;
-      const double length = across.norm();
-      Vec3 point = centre_ + (along < 0 ? -half_height_m_ : half_height_m_) * axis_;
-      if (length > 1e-12 * std::abs(along)) point += round_m_ / length * across;
-      return point;
-    }
+    case Kind::round:
+      return foot_ + sector_turn_ * sector_.farthest(sector_turn_.transpose() * direction);
     case Kind::polytope:
       break;
   }
   return vertices_[farthest_vertex(direction)];
+}
+
+std::optional<ConvexPiece::RoundSide> ConvexPiece::round_side(const Vec3& direction) const {
+  const Vec3 own = sector_turn_.transpose() * direction;
+  const double across = std::hypot(own.x(), own.z());
+  if (!(across > kAlongAxis * std::abs(own.y())) || !sector_.is_within(own)) return {};
+  const auto point = [&](double radius, double y) {
+    return Vec3(foot_ +
+                sector_turn_ * Vec3(radius * own.x() / across, y, radius * own.z() / across));
+  };
+  return RoundSide{point(sector_.bottom, -sector_.height / 2),
+                   point(sector_.top, sector_.height / 2), sector_turn_ * sector_.side_normal(own)};
+}
+
+bool ConvexPiece::is_covered(const Vec3& outward) const {
+  if (kind_ != Kind::round || sector_.is_whole()) return false;
+  const Vec3 own = sector_turn_.transpose() * outward;
+  return std::abs(own.y()) < exact_constants::kFacing && own.x() > 0 && !sector_.is_within(own);
+}
+
+bool ConvexPiece::holds(const Vec3& point, double tolerance_m) const {
+  if (kind_ == Kind::sphere) return (point - centre_).norm() <= radius_m_ + tolerance_m;
+  if (kind_ == Kind::round) {
+    const Vec3 at = sector_turn_.transpose() * (point - foot_);
+    const double across = std::hypot(at.x(), at.z()), beyond = across - sector_.radius_at(at.y());
+    if (radius_m_ > 0) {
+      return sector_.is_within(at) && std::hypot(beyond, at.y()) <= radius_m_ + tolerance_m;
+    }
+    if (beyond > tolerance_m) return false;
+  }
+  return std::ranges::all_of(faces_, [&](const Face& face) {
+    return face.normal.dot(point) <= face.offset_m + tolerance_m;
+  });
 }
 
 uint32_t ConvexPiece::face_along(const Vec3& direction) const {

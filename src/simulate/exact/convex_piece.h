@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/types.h"
@@ -12,11 +13,12 @@ namespace pilesim::exact {
 // Lanes of the search for the farthest vertex.
 inline constexpr size_t kVertexLanes = 8;
 
-// A convex polytope, a cylinder, or a point with a radius. Polytopes have all of their faces,
-// cylinders the two flat ones, with a rim of kRimPoints points.
+// A convex polytope, a round sector, or a point with a radius. Polytopes have all of their faces,
+// round ones the flat ones, whose arcs have a corner every turn of 2 pi / kRimPoints at the most;
+// those with a margin have none.
 class ConvexPiece {
  public:
-  enum class Kind { polytope, cylinder, sphere };
+  enum class Kind { polytope, round, sphere };
   struct Face {
     Vec3 normal;            // unit, outward
     double offset_m;        // normal . x on the face
@@ -27,6 +29,12 @@ class ConvexPiece {
     Vec3 normal;  // in the face's plane, outward, as long as the edge
     double offset;
   };
+  // Of a round piece: the points of the lower and of the upper arc at one angle, the same one at a
+  // tip, and the normal of the side between them.
+  struct RoundSide {
+    Vec3 lower, upper;
+    Vec3 normal;  // unit, outward
+  };
   static constexpr uint32_t kRimPoints = 16;
   static constexpr uint32_t kNone = ~uint32_t{0};
 
@@ -36,17 +44,22 @@ class ConvexPiece {
   void become(const std::array<Vec3, 3>& corners);  // of a triangle: another one
 
   Kind kind() const { return kind_; }
-  double radius_m() const { return radius_m_; }   // about the core: of a sphere; else 0
+  double radius_m() const { return radius_m_; }   // about the core; of a polytope 0
   const Vec3& centre() const { return centre_; }  // m, of its box
   // Smallest side of its box; infinite for a triangle, whose contacts the other piece scales.
   double smallest_extent_m() const { return smallest_extent_m_; }
   // Radius of the largest ball about centre() inside the core, m.
   double inner_radius_m() const { return inner_radius_m_; }
   const Bounds& box() const { return box_; }
-  // A cylinder's axis, unit, half of its height and its radius, m.
-  const Vec3& axis() const { return axis_; }
-  double half_height_m() const { return half_height_m_; }
-  double round_m() const { return round_m_; }
+  // Of a round piece: the frame of the sector, and the sector.
+  const Vec3& foot() const { return foot_; }         // m, the middle of the axis
+  Vec3 axis() const { return sector_turn_.col(1); }  // unit
+  const RoundSector& sector() const { return sector_; }
+  // None: its round side does not reach to that angle, or `direction` is along the axis.
+  std::optional<RoundSide> round_side(const Vec3& direction) const;
+  // Of a sector of a ring, unit: whether the sectors beside it are nearer to what is there.
+  bool is_covered(const Vec3& outward) const;
+  bool holds(const Vec3& point, double tolerance_m) const;
 
   const std::vector<Vec3>& vertices() const { return vertices_; }
   const std::vector<Face>& faces() const { return faces_; }
@@ -63,6 +76,7 @@ class ConvexPiece {
   uint32_t face_at(uint32_t vertex, const Vec3& direction) const;
 
  private:
+  void make_round(const CollisionPiece& piece);
   void take_vertices(std::vector<Vec3> vertices);
   void measure();
   void map_faces();
@@ -72,8 +86,9 @@ class ConvexPiece {
   double radius_m_ = 0, smallest_extent_m_ = 0, inner_radius_m_ = 0;
   Vec3 centre_ = Vec3::Zero();
   Bounds box_;
-  Vec3 axis_ = Vec3::UnitY();
-  double half_height_m_ = 0, round_m_ = 0;
+  Vec3 foot_ = Vec3::Zero();
+  Mat3 sector_turn_ = Mat3::Identity();
+  RoundSector sector_;
   std::vector<Vec3> vertices_;
   std::vector<Face> faces_;
   std::vector<uint32_t> loops_;

@@ -58,10 +58,9 @@ inline constexpr double kNearlyFacing = 1 - 1e-4;
 inline constexpr double kSameDepth = 1e-4;
 // A point beside a face by less, in extents, counts as over it.
 inline constexpr double kBeside = 0.02;
-// A cylinder whose axis is nearer to the direction (cosine) touches with its flat face, else with
-// its round side. Round sides touch along a line if their axes are parallel to this cosine: 8
-// degrees.
-inline constexpr double kOnItsFace = 0.7;
+// An arc whose axis is nearer to the direction (cosine) lies, else stands on a point.
+inline constexpr double kLies = 0.7;
+// Round sides touch along a line if they are parallel to this cosine: 8 degrees.
 inline constexpr double kParallel = 0.99;
 // Points whose normals have a greater cosine are of one plane.
 inline constexpr double kSamePlane = 0.999;

@@ -18,6 +18,27 @@ double smaller_extent(const ConvexPiece& a, const ConvexPiece& b) {
   return std::min(a.smallest_extent_m(), b.smallest_extent_m());
 }
 
+void add_corners(const ConvexPiece& piece, uint32_t face_index, std::vector<Vec3>& polygon) {
+  const ConvexPiece::Face& face = piece.faces()[face_index];
+  for (uint32_t i = 0; i < face.count; ++i) {
+    polygon.push_back(piece.vertices()[piece.loops()[face.first + i]]);
+  }
+}
+
+// A plane whose normal is that near to the axis of a round piece (sine) is across it.
+constexpr double kUpright = 1e-12;
+
+// What of a round piece faces `direction`: its round side, where that does more than a flat face.
+std::optional<ConvexPiece::RoundSide> round_side(const ConvexPiece& piece, const Vec3& direction) {
+  if (piece.kind() != ConvexPiece::Kind::round) return {};
+  const std::optional<ConvexPiece::RoundSide> side = piece.round_side(direction);
+  if (!side) return {};
+  const uint32_t face = piece.face_along(direction);
+  const bool is_flat = face != ConvexPiece::kNone &&
+                       piece.faces()[face].normal.dot(direction) > side->normal.dot(direction);
+  return is_flat ? std::nullopt : side;
+}
+
 // The part of a piece that faces `direction`: corners of a face, the ends of a line, or a point.
 void facing(const ConvexPiece& piece, const Vec3& direction, std::vector<Vec3>& polygon) {
   polygon.clear();
@@ -25,29 +46,26 @@ void facing(const ConvexPiece& piece, const Vec3& direction, std::vector<Vec3>& 
     case ConvexPiece::Kind::sphere:
       polygon.push_back(piece.vertices()[0]);
       return;
-    case ConvexPiece::Kind::cylinder: {
-      if (std::abs(piece.axis().dot(direction)) < kOnItsFace) {
-        const Vec3 lowest = piece.farthest(direction);
-        const double side = piece.axis().dot(lowest - piece.centre());
-        polygon.push_back(lowest);
-        polygon.push_back(lowest - 2 * side * piece.axis());
+    case ConvexPiece::Kind::round: {
+      if (piece.faces().empty()) {  // an arc, which may lie or stand
+        const bool lies = std::abs(piece.axis().dot(direction)) > kLies;
+        if (lies) polygon = piece.vertices();
+        polygon.push_back(piece.farthest(direction));
         return;
       }
-      const ConvexPiece::Face& face = piece.faces()[piece.axis().dot(direction) > 0 ? 0 : 1];
-      for (uint32_t i = 0; i < face.count; ++i) {
-        polygon.push_back(piece.vertices()[piece.loops()[face.first + i]]);
+      if (const auto side = round_side(piece, direction)) {
+        polygon.push_back(side->lower);
+        if (side->upper != side->lower) polygon.push_back(side->upper);
+        return;
       }
+      add_corners(piece, piece.face_along(direction), polygon);
       polygon.push_back(piece.farthest(direction));  // hardly outside of the rim's polygon
       return;
     }
     case ConvexPiece::Kind::polytope:
       break;
   }
-  const uint32_t vertex = piece.farthest_vertex(direction);
-  const ConvexPiece::Face& face = piece.faces()[piece.face_at(vertex, direction)];
-  for (uint32_t i = 0; i < face.count; ++i) {
-    polygon.push_back(piece.vertices()[piece.loops()[face.first + i]]);
-  }
+  add_corners(piece, piece.face_at(piece.farthest_vertex(direction), direction), polygon);
 }
 
 // Leaves of the polygon what is not beyond the side.
@@ -134,31 +152,40 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
 // they tilt, without the force it had at the other one.
 bool add_line(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
               const Separation& separation, double reach_m, std::vector<SurfacePoint>& points) {
-  if (a.kind() != ConvexPiece::Kind::cylinder || b.kind() != ConvexPiece::Kind::cylinder) {
-    return false;
-  }
-  const Vec3 axis_b = b_in_a.turn * b.axis();
-  const double parallel = a.axis().dot(axis_b);
-  if (std::abs(parallel) < kParallel || std::abs(a.axis().dot(separation.normal)) > kOnItsFace) {
-    return false;
-  }
-  const Vec3 to_b = b_in_a.apply(b.centre()) - a.centre();
-  const double middle = a.axis().dot(to_b), half_b = std::abs(parallel) * b.half_height_m();
-  const double low = std::max(-a.half_height_m(), middle - half_b);
-  const double high = std::min(a.half_height_m(), middle + half_b);
+  const auto of_a = round_side(a, separation.normal);
+  const auto of_b = round_side(b, -(b_in_a.turn.transpose() * separation.normal));
+  if (!of_a || !of_b) return false;
+  const Vec3 from = of_a->lower, along_a = of_a->upper - from;
+  const Vec3 from_b = b_in_a.apply(of_b->lower), along_b = b_in_a.apply(of_b->upper) - from_b;
+  const double length = along_a.norm();
+  if (length == 0 || along_b.isZero(0)) return false;
+  const Vec3 axis = along_a / length;
+  const double parallel = axis.dot(along_b.normalized());
+  if (std::abs(parallel) < kParallel) return false;
+  // Of a's line, where b's ends are beside it.
+  const double first = axis.dot(from_b - from), second = first + axis.dot(along_b);
+  const double low = std::max(0.0, std::min(first, second));
+  const double high = std::min(length, std::max(first, second));
   if (low >= high) return false;
-  // Between the axes, so far along a's.
+  // Between the round sides, so far along a's line.
+  const Vec3 aside = separation.normal.cross(axis);
+  const auto radius = [](const RoundSector& sector, double share) {
+    return sector.bottom + share * (sector.top - sector.bottom);
+  };
   const auto apart = [&](double along) {
-    return (to_b + (along - middle) / parallel * axis_b - along * a.axis()).norm();
+    const double share = (along - first) / (second - first);
+    const Vec3 between = from_b + share * along_b - from - along * axis;
+    const double radii = radius(a.sector(), along / length) + radius(b.sector(), share);
+    return std::hypot(radii + separation.normal.dot(between), aside.dot(between)) - radii;
   };
   const Vec3 between = (separation.on_a + separation.on_b) / 2;
-  const double at = a.axis().dot(between - a.centre());
+  const double at = axis.dot(between - from);
   double nearest = std::numeric_limits<double>::infinity();
   for (const double end : {low, high}) {
     const double distance = separation.distance_m + std::max(0.0, apart(end) - apart(at));
     nearest = std::min(nearest, distance);
     if (distance >= reach_m) continue;
-    points.push_back({between + (end - at) * a.axis(), separation.normal, distance});
+    points.push_back({between + (end - at) * axis, separation.normal, distance});
   }
   if (nearest > separation.distance_m + kSameDepth * smaller_extent(a, b)) {
     points.push_back({between, separation.normal, separation.distance_m});
@@ -311,28 +338,21 @@ void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double off
     if (distance >= reach_m) return;
     points.push_back({point - (distance / 2 + piece.radius_m()) * normal, normal, distance});
   };
-  if (piece.kind() == ConvexPiece::Kind::cylinder) {
-    // The lowest point of either rim, and those that go with it.
-    const Vec3 lowest = piece.farthest(-normal);
-    const Vec3 arm = lowest - piece.centre();
-    const Vec3 round = arm - arm.dot(piece.axis()) * piece.axis();
-    const Vec3 across = piece.axis().cross(round);
-    for (const double side : {1.0, -1.0}) {
-      const Vec3 middle = piece.centre() + side * piece.half_height_m() * piece.axis();
-      if (round.isZero()) {
-        for (uint32_t i = 0; i < piece.faces()[0].count; i += 2) {
-          add(piece.vertices()[piece.loops()[piece.faces()[side > 0 ? 0 : 1].first + i]]);
-        }
-      } else {
-        add(middle + round);
-        // With a third of the way round the three of a rim that lies carry it.
-        for (const double angle : {2 * kPi / 3, -2 * kPi / 3}) {
-          add(middle + std::cos(angle) * round + std::sin(angle) * across);
-        }
-      }
-    }
-  } else {
+  const bool is_round = piece.kind() == ConvexPiece::Kind::round;
+  const Vec3 across = is_round ? Vec3(piece.axis().cross(normal)) : Vec3::Zero();
+  if (across.isZero(kUpright)) {
     for (const Vec3& vertex : piece.vertices()) add(vertex);
+  } else {
+    // The lowest of either rim, and, a third of the way round, points that carry one that lies:
+    // each sector of a ring has those on its arc.
+    for (const double angle : {0.0, 2 * kPi / 3, -2 * kPi / 3}) {
+      const auto side = piece.round_side(Eigen::AngleAxisd(angle, piece.axis()) * -normal);
+      if (!side) continue;
+      const bool has_tip = piece.sector().bottom == 0 || piece.sector().top == 0;
+      if (!has_tip || angle == 0 || piece.sector().bottom > 0) add(side->lower);
+      if (side->upper == side->lower) continue;
+      if (!has_tip || angle == 0 || piece.sector().top > 0) add(side->upper);
+    }
   }
   keep_lowest(points, first, kResolution * piece.smallest_extent_m(),
               kSameDepth * piece.smallest_extent_m());

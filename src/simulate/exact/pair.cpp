@@ -239,6 +239,7 @@ class Finder {
           }
           const size_t before = scratch_.all.size();
           add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
+          drop_covered(a, b, relative, before);
           // A point beside the face may be a neighbour's.
           if (scratch_.all.size() == before) return;
           const SurfacePoint& point = scratch_.all.back();
@@ -252,6 +253,19 @@ class Finder {
     if (shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
       pair_.toward = (turn_a_ * pieces.axis.cast<double>()).cast<float>();
     }
+  }
+
+  // Arcs go on in the next sector of a ring: the corners between them would brake it as it rolls.
+  void drop_covered(const ConvexPiece& a, const ConvexPiece& b, const Relative& relative,
+                    size_t first) {
+    const auto begin = scratch_.all.begin() + static_cast<std::ptrdiff_t>(first);
+    scratch_.all.erase(
+        std::remove_if(begin, scratch_.all.end(),
+                       [&](const SurfacePoint& point) {
+                         return a.is_covered(point.normal) ||
+                                b.is_covered(-(relative.turn.transpose() * point.normal));
+                       }),
+        scratch_.all.end());
   }
 
   // For a piece that a static one lies against: where the normal points into that, it is turned
@@ -354,7 +368,9 @@ class Finder {
           return separation;
         },
         [&](const Relative& relative, const Separation& separation, double reach) {
+          const size_t before = scratch_.all.size();
           touch_triangle(pieces, triangle, b, relative, separation, reach);
+          drop_covered(triangle, b, relative, before);
         });
     pieces.bound_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
@@ -490,6 +506,11 @@ class Finder {
     const Feature feature =
         add_manifold(triangle, b, relative, separation, reach, scratch_.manifold, scratch_.all);
     const bool is_beside = feature.of == Feature::Of::none;
+    if (is_beside && is_corrected) {
+      scratch_.all.resize(first);
+      scratch_.all.push_back(
+          {(separation.on_a + separation.on_b) / 2, allowed, separation.distance_m});
+    }
     // A point that is not over the triangle, or is beside it, is its neighbour's.
     size_t kept = first;
     for (size_t i = first; i < scratch_.all.size(); ++i) {

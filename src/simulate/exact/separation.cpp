@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "simulate/exact/exact_constants.h"
 
@@ -157,8 +158,8 @@ class Pair {
         b_in_a_(b_in_a),
         known_(known),
         radii_(a.radius_m() + b.radius_m()),
-        has_vertices_(a.kind() != ConvexPiece::Kind::cylinder &&
-                      b.kind() != ConvexPiece::Kind::cylinder) {}
+        has_vertices_(a.kind() != ConvexPiece::Kind::round &&
+                      b.kind() != ConvexPiece::Kind::round) {}
 
   double along(const Vec3& normal) const {
     const Corner corner = support(normal);
@@ -254,6 +255,23 @@ class Pair {
     return Outcome::found;
   }
 
+  // Of the round side, towards a point in the frame of the piece.
+  static std::vector<Vec3> round_normals(const ConvexPiece& piece, const Vec3& point) {
+    std::vector<Vec3> normals;
+    if (piece.kind() != ConvexPiece::Kind::round) return normals;
+    if (const auto side = piece.round_side(point - piece.foot())) {
+      normals.push_back(side->normal);
+      // Around an arc, too.
+      const Vec3 from_arc = point - side->lower;
+      if (piece.radius_m() > 0 && !from_arc.isZero(0)) normals.push_back(from_arc.normalized());
+    }
+    if (piece.radius_m() > 0) {
+      normals.push_back(piece.axis());
+      normals.emplace_back(-piece.axis());
+    }
+    return normals;
+  }
+
   // The face normal along which they overlap least: where they are deep in each other. `normal` is
   // as good as `most`; none better: it is left. `of_a` and `of_b` are points of the two: the deeper
   // they are in the other one, the fewer faces are looked at.
@@ -284,10 +302,9 @@ class Pair {
         consider(-(b_in_a_.turn * face.normal));
       }
     }
-    const Vec3 between = centre_b - a_.centre();
-    for (const Vec3& axis : {a_.axis(), Vec3(b_in_a_.turn * b_.axis())}) {
-      const Vec3 round = between - between.dot(axis) * axis;
-      if (round.squaredNorm() > 0) consider(round.normalized());
+    for (const Vec3& normal_of_a : round_normals(a_, centre_b)) consider(normal_of_a);
+    for (const Vec3& normal_of_b : round_normals(b_, centre_a)) {
+      consider(-(b_in_a_.turn * normal_of_b));
     }
   }
 

@@ -124,7 +124,7 @@ class Surroundings::Search {
       }
       const ConvexPiece& piece = thing.shape->pieces[item.piece];
       const bool is_own = item.thing == self_ && &piece == piece_;
-      if (!is_own && holds(piece, at)) solids_.push_back({&thing, &piece});
+      if (!is_own && piece.holds(at, tolerance_m_)) solids_.push_back({&thing, &piece});
     });
   }
 
@@ -161,20 +161,6 @@ class Surroundings::Search {
       if (outward.dot(point - face.corners[k]) > tolerance_m_ * outward.norm()) return false;
     }
     return true;
-  }
-
-  bool holds(const ConvexPiece& piece, const Vec3& at) const {
-    if (piece.kind() == ConvexPiece::Kind::sphere) {
-      return (at - piece.centre()).norm() <= piece.radius_m() + tolerance_m_;
-    }
-    if (piece.kind() == ConvexPiece::Kind::cylinder) {
-      const Vec3 arm = at - piece.centre();
-      const double along = piece.axis().dot(arm);
-      if ((arm - along * piece.axis()).norm() > piece.round_m() + tolerance_m_) return false;
-    }
-    return std::ranges::all_of(piece.faces(), [&](const ConvexPiece::Face& face) {
-      return face.normal.dot(at) <= face.offset_m + tolerance_m_;
-    });
   }
 
   // Whether nothing of solids_ is in front of the plane through the point.
@@ -239,7 +225,7 @@ class Surroundings::Search {
       if (along.norm() <= kFlush * way.norm()) return Vec3::Zero();
       point += way.squaredNorm() / along.squaredNorm() * along;
       const Vec3 at = own_.turn.transpose() * (point - own_.position);
-      if (piece_ != nullptr ? !holds(*piece_, at) : !is_over(*triangle_, at)) break;
+      if (piece_ != nullptr ? !piece_->holds(at, tolerance_m_) : !is_over(*triangle_, at)) break;
       find(point);
     }
     return Vec3::Zero();

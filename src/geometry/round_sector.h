@@ -1,0 +1,33 @@
+// A convex sector of a solid of revolution: cylinders, cones, and the pieces of tubes and tori.
+#pragma once
+
+#include "core/types.h"
+
+namespace pilesim {
+
+// The convex hull of two arcs about the axis y, whose middles lie at +x, and of the corners of a
+// hole; with all that is within `margin` of it. Lengths in m.
+struct RoundSector {
+  double bottom = 0, top = 0;  // radii of the arcs at y = -height / 2 and height / 2, >= 0
+  double height = 0;           // >= 0
+  double half_angle = kPi;     // rad, from the middle of an arc to its end; kPi, or below kPi / 2
+  double hole = 0;             // where half_angle < kPi: distance of the hole's corners from the
+                               // axis, at the ends of the arcs; below both radii, but for a height
+                               // of 0, where there are none
+  double margin = 0;           // >= 0
+
+  static RoundSector cylinder(double radius, double height);
+  static RoundSector frustum(double bottom, double top, double height);
+
+  bool is_whole() const { return half_angle == kPi; }
+  double radius_at(double y) const;  // of the round side
+  // Whether a direction points to the round side between the ends of the arcs.
+  bool is_within(const Vec3& direction) const;
+  // Unit, outward: the round side's at the angle of `direction`, which must not lie along the axis.
+  Vec3 side_normal(const Vec3& direction) const;
+  // The point of the core, without the margin, that is farthest along `direction`, of any length
+  // but zero.
+  Vec3 farthest(const Vec3& direction) const;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,70 @@
+// The farthest points of round sectors against points all over them.
+#include "geometry/round_sector.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "core/philox.h"
+
+namespace pilesim {
+namespace {
+
+// Points of the arcs, ends included, and the corners of the hole.
+std::vector<Vec3> points_of(const RoundSector& sector) {
+  constexpr int kAround = 2000;
+  std::vector<Vec3> points;
+  for (const double side : {-0.5, 0.5}) {
+    const double radius = side < 0 ? sector.bottom : sector.top;
+    for (int i = -kAround; i <= kAround; ++i) {
+      const double angle = sector.half_angle * i / kAround;
+      points.emplace_back(radius * std::cos(angle), side * sector.height, radius * std::sin(angle));
+      if (sector.is_whole() || std::abs(i) < kAround) continue;
+      points.emplace_back(sector.hole * std::cos(angle), side * sector.height,
+                          sector.hole * std::sin(angle));
+    }
+  }
+  return points;
+}
+
+TEST(RoundSector, ItsFarthestPointsAreThoseOfItsArcsAndCorners) {
+  Philox random(1, Stream::test, 0);
+  for (const RoundSector& sector :
+       {RoundSector::cylinder(0.5, 1), RoundSector::frustum(0.5, 0, 1),
+        RoundSector::frustum(0.2, 0.7, 0.3),
+        RoundSector{.bottom = 1, .top = 1, .height = 0.4, .half_angle = 0.3, .hole = 0.8},
+        RoundSector{.bottom = 1, .top = 1, .height = 2, .half_angle = 1.2, .hole = 0.3}}) {
+    const std::vector<Vec3> points = points_of(sector);
+    for (int i = 0; i < 500; ++i) {
+      Vec3 along;
+      for (int k = 0; k < 3; ++k) along[k] = 2 * random.uniform() - 1;
+      if (i < 6) along = (i % 2 == 0 ? 1 : -1) * Vec3::Unit(i / 2);
+      along.normalize();
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Vec3& point : points) most = std::max(most, along.dot(point));
+      const Vec3 farthest = sector.farthest(along);
+      EXPECT_NEAR(along.dot(farthest), most, 2e-6);
+      // And it is one of them, but for the ends of an axis, which lie within their circle.
+      if (std::hypot(along.x(), along.z()) == 0) continue;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const Vec3& point : points) nearest = std::min(nearest, (point - farthest).norm());
+      EXPECT_LT(nearest, 2e-3);
+    }
+  }
+}
+
+TEST(RoundSector, TheNormalOfItsSideIsAcrossTheSide) {
+  const RoundSector cone = RoundSector::frustum(0.5, 0.1, 0.3);
+  const Vec3 along(-0.4, 0.3, 0);  // of the side at +x
+  const Vec3 normal = cone.side_normal({2, 7, 0});
+  EXPECT_NEAR(normal.norm(), 1, 1e-12);
+  EXPECT_NEAR(normal.dot(along), 0, 1e-12);
+  EXPECT_GT(normal.x(), 0);
+  EXPECT_NEAR(cone.radius_at(-0.15), 0.5, 1e-12);
+  EXPECT_NEAR(cone.radius_at(0.15), 0.1, 1e-12);
+}
+
+}  // namespace
+}  // namespace pilesim
