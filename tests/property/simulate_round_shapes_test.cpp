@@ -2,9 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "core/philox.h"
+#include "inspect/pile_inspection.h"
 #include "scene/scene_loader.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
@@ -129,6 +130,44 @@ TEST(RoundShapes, TheyRestOnTheirFlatFaces) {
       EXPECT_EQ(last.bodies_awake, 0);
       EXPECT_NEAR(simulator->states().position[1].y(), each.height, 2e-4);
       EXPECT_GT(std::abs((simulator->states().orientation[1] * Vec3::UnitY()).y()), 1 - 1e-6);
+    }
+  }
+}
+
+// Rims that cross part whatever the pieces between them want.
+TEST(RoundShapes, RingsThatPenetrateSeparate) {
+  Philox random(1, Stream::test, 0);
+  for (const char* shape : {R"("type": "tube", "radius": 0.2, "height": 0.5, "thickness": 0.03)",
+                            R"("type": "torus", "radius": 0.3, "tube_radius": 0.1)",
+                            R"("type": "cone", "radius": 0.2, "height": 0.4)"}) {
+    for (int i = 0; i < 20; ++i) {
+      SCOPED_TRACE(std::string(shape) + ", " + std::to_string(i));
+      SmallModel m = scene_of(shape, Ground::plane, 0);
+      m.model.bodies.clear();
+      m.scene.gravity = Vec3::Zero();
+      const auto turn = [&] {
+        Quat random_turn;
+        for (double& part : random_turn.coeffs()) part = random.uniform() - 0.5;
+        return random_turn.normalized();
+      };
+      const Vec3 direction = turn() * Vec3::UnitX();
+      m.body(0, 0, Vec3::Zero()).pose.orientation = turn();
+      m.body(0, 0, Vec3::Zero()).pose.orientation = turn();
+      const auto depth_m = [&](const BodyStates& states) {
+        return inspect_pile(m.model, m.scene.gravity, states).deepest_penetration_m;
+      };
+      // From far away until they penetrate by 5 mm.
+      for (double apart = 1; apart > 0; apart -= 0.001) {
+        m.model.bodies[1].pose.position = apart * direction;
+        if (depth_m(m.states()) > 0.005) break;
+      }
+      ASSERT_GT(depth_m(m.states()), 0.005);
+      const auto simulator = make_simulator(m.scene, m.model);
+      run(*simulator, 60);
+      EXPECT_LT(depth_m(simulator->states()), 2e-4);
+      for (const Vec3& velocity : simulator->states().linear_velocity) {
+        EXPECT_LT(velocity.norm(), 0.2);
+      }
     }
   }
 }

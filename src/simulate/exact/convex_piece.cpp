@@ -342,6 +342,13 @@ bool ConvexPiece::is_covered(const Vec3& outward) const {
   return std::abs(own.y()) < exact_constants::kFacing && own.x() > 0 && !sector_.is_within(own);
 }
 
+Vec3 ConvexPiece::to_arc(const Vec3& outward) const {
+  const Vec3 own = sector_turn_.transpose() * outward;
+  const double across = std::hypot(own.x(), own.z()), angle = sector_.half_angle;
+  return sector_turn_ *
+         Vec3(across * std::cos(angle), own.y(), std::copysign(across * std::sin(angle), own.z()));
+}
+
 bool ConvexPiece::holds(const Vec3& point, double tolerance_m) const {
   if (kind_ == Kind::sphere) return (point - centre_).norm() <= radius_m_ + tolerance_m;
   if (kind_ == Kind::round) {

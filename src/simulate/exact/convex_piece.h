@@ -59,6 +59,8 @@ class ConvexPiece {
   std::optional<RoundSide> round_side(const Vec3& direction) const;
   // Of a sector of a ring, unit: whether the sectors beside it are nearer to what is there.
   bool is_covered(const Vec3& outward) const;
+  // The nearest direction to one that is covered that is not: that of the arc's end.
+  Vec3 to_arc(const Vec3& outward) const;
   bool holds(const Vec3& point, double tolerance_m) const;
 
   const std::vector<Vec3>& vertices() const { return vertices_; }

@@ -221,11 +221,12 @@ class Finder {
     if (!guess.isZero()) guess.normalize();
     if (shape_a_.surface) return meet_triangle(pieces, b, guess);
     const ConvexPiece& a = shape_a_.pieces[pieces.a];
-    bool first = true, is_turned = false;
+    bool first = true, is_turned = false, is_on_arc = false;
     const double distance = test(
         is_round(a) || is_round(b),
         [&](const Relative& relative, const Reach& reach) {
           Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
+          is_on_arc = part_by_arcs(a, b, relative, separation);
           is_turned = leave_surroundings(pieces, relative, reach, separation);
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
@@ -237,6 +238,7 @@ class Finder {
             add_turned(pieces, relative, separation, reach);
             return;
           }
+          if (is_on_arc) return add_deepest(b, relative, separation.normal, separation.distance_m);
           const size_t before = scratch_.all.size();
           add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
           drop_covered(a, b, relative, before);
@@ -256,16 +258,44 @@ class Finder {
   }
 
   // Arcs go on in the next sector of a ring: the corners between them would brake it as it rolls.
+  // Whether the normal is one that only the next sector has.
+  bool is_covered(const ConvexPiece& a, const ConvexPiece& b, const Relative& relative,
+                  const Vec3& normal) const {
+    return a.is_covered(normal) || b.is_covered(-(relative.turn.transpose() * normal));
+  }
+
+  // Sectors that penetrate part by their arcs, not by the faces between them; else what is covered
+  // is left to the next sector. Whether the normal has been turned.
+  bool part_by_arcs(const ConvexPiece& a, const ConvexPiece& b, const Relative& relative,
+                    Separation& separation) const {
+    if (!separation.is_exact || !is_covered(a, b, relative, separation.normal)) return false;
+    if (separation.distance_m > -kResolution * small_) {
+      separation.is_exact = false;
+      return false;
+    }
+    if (a.is_covered(separation.normal)) separation.normal = a.to_arc(separation.normal);
+    const Vec3 of_b = -(relative.turn.transpose() * separation.normal);
+    if (b.is_covered(of_b)) separation.normal = -(relative.turn * b.to_arc(of_b));
+    separation.distance_m = separation_along(a, b, relative, separation.normal);
+    return true;
+  }
+
+  // Where b is deepest in the other along the normal, by so much.
+  void add_deepest(const ConvexPiece& b, const Relative& relative, const Vec3& normal,
+                   double distance_m) {
+    const Vec3 on_b =
+        relative.apply(b.farthest(-(relative.turn.transpose() * normal))) - b.radius_m() * normal;
+    scratch_.all.push_back({on_b - distance_m / 2 * normal, normal, distance_m});
+  }
+
   void drop_covered(const ConvexPiece& a, const ConvexPiece& b, const Relative& relative,
                     size_t first) {
     const auto begin = scratch_.all.begin() + static_cast<std::ptrdiff_t>(first);
-    scratch_.all.erase(
-        std::remove_if(begin, scratch_.all.end(),
-                       [&](const SurfacePoint& point) {
-                         return a.is_covered(point.normal) ||
-                                b.is_covered(-(relative.turn.transpose() * point.normal));
-                       }),
-        scratch_.all.end());
+    scratch_.all.erase(std::remove_if(begin, scratch_.all.end(),
+                                      [&](const SurfacePoint& point) {
+                                        return is_covered(a, b, relative, point.normal);
+                                      }),
+                       scratch_.all.end());
   }
 
   // For a piece that a static one lies against: where the normal points into that, it is turned
@@ -654,10 +684,8 @@ class Finder {
       const double apart = distance(pieces, exit_normal);
       if (pieces.axis.cast<double>().dot(exit_normal) >= kAgrees || apart >= 0) continue;
       const ConvexPiece &a = shape_a_.pieces[pieces.a], &b = shape_b_.pieces[pieces.b];
-      const Vec3 on_b = b_in_a_.apply(b.farthest(-(b_in_a_.turn.transpose() * exit_normal))) -
-                        b.radius_m() * exit_normal;
       const size_t first = scratch_.all.size();
-      scratch_.all.push_back({on_b - apart / 2 * exit_normal, exit_normal, apart});
+      add_deepest(b, b_in_a_, exit_normal, apart);
       add_contacts(first, 0, is_round(a) || is_round(b));
     }
   }
