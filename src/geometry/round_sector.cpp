@@ -31,7 +31,7 @@ Vec3 RoundSector::side_normal(const Vec3& direction) const {
 
 Vec3 RoundSector::farthest(const Vec3& direction) const {
   const double across = std::hypot(direction.x(), direction.z());
-  // Of the arcs' points at this angle.
+  // The arcs' points at this angle.
   double x = 1, z = 0, along = 0;
   const bool is_inside = is_within(direction);
   if (is_inside && across > 1e-12 * std::abs(direction.y())) {

@@ -29,8 +29,6 @@ namespace fs = std::filesystem;
 constexpr double kNearlyConvex = 0.9;
 constexpr double kGravity = 9.81;
 constexpr double kThicknessOfFlat = 0.02;  // relative to the diameter
-// Longest step in sqrt(r / g); small objects for which the usual step is longer get their own.
-constexpr double kLongestStep = 0.5;
 constexpr int kUsualCount = 60, kUsualHeap = 120;  // bodies
 
 std::string number(double value) { return with_digits(value, 3); }
@@ -299,10 +297,6 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
   }
   // Long enough for rocking and rolling, which scale with the root of the size.
   values["duration"] = number(std::ceil(busy_s + 5 + 60 * std::sqrt(body.radius_m / kGravity)));
-  const double step_s = kLongestStep * std::sqrt(body.radius_m / kGravity);
-  values["step"] = step_s < Scene::kFixedStep
-                       ? "  \"step_s\": " + number(step_s) + ",  // of bodies as small as these\n"
-                       : "";
   summary.text = new_scene_text(job.kind, std::move(values));
   write_file_atomically(job.output, summary.text);
   return summary;

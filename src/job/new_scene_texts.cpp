@@ -10,7 +10,7 @@ constexpr const char* kHead = R"({
   "name": $name,
   "duration_s": $duration,  // at the latest
 $until  "frame_rate": 30,
-$step)";
+)";
 
 constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,$up
              // "hull" is fastest, "decomposition" follows hollows and legs

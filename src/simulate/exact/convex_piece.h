@@ -29,8 +29,8 @@ class ConvexPiece {
     Vec3 normal;  // in the face's plane, outward, as long as the edge
     double offset;
   };
-  // Of a round piece: the points of the lower and of the upper arc at one angle, the same one at a
-  // tip, and the normal of the side between them.
+  // The points of the lower and of the upper arc of a round piece at one angle, and the normal of
+  // the side between them. An arc without height has both in one.
   struct RoundSide {
     Vec3 lower, upper;
     Vec3 normal;  // unit, outward
@@ -51,13 +51,13 @@ class ConvexPiece {
   // Radius of the largest ball about centre() inside the core, m.
   double inner_radius_m() const { return inner_radius_m_; }
   const Bounds& box() const { return box_; }
-  // Of a round piece: the frame of the sector, and the sector.
+  // The frame of a round piece's sector, and the sector.
   const Vec3& foot() const { return foot_; }         // m, the middle of the axis
   Vec3 axis() const { return sector_turn_.col(1); }  // unit
   const RoundSector& sector() const { return sector_; }
   // None: its round side does not reach to that angle, or `direction` is along the axis.
   std::optional<RoundSide> round_side(const Vec3& direction) const;
-  // Of a sector of a ring, unit: whether the sectors beside it are nearer to what is there.
+  // Whether a normal, unit, of a sector of a ring belongs to the sectors beside it.
   bool is_covered(const Vec3& outward) const;
   // The nearest direction to one that is covered that is not: that of the arc's end.
   Vec3 to_arc(const Vec3& outward) const;

@@ -28,7 +28,7 @@ void add_corners(const ConvexPiece& piece, uint32_t face_index, std::vector<Vec3
 // A plane whose normal is that near to the axis of a round piece (sine) is across it.
 constexpr double kUpright = 1e-12;
 
-// What of a round piece faces `direction`: its round side, where that does more than a flat face.
+// The round side of a round piece, if it faces `direction` more than a flat face does.
 std::optional<ConvexPiece::RoundSide> round_side(const ConvexPiece& piece, const Vec3& direction) {
   if (piece.kind() != ConvexPiece::Kind::round) return {};
   const std::optional<ConvexPiece::RoundSide> side = piece.round_side(direction);
@@ -162,7 +162,7 @@ bool add_line(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a
   const Vec3 axis = along_a / length;
   const double parallel = axis.dot(along_b.normalized());
   if (std::abs(parallel) < kParallel) return false;
-  // Of a's line, where b's ends are beside it.
+  // Along a's line: where b's ends are beside it.
   const double first = axis.dot(from_b - from), second = first + axis.dot(along_b);
   const double low = std::max(0.0, std::min(first, second));
   const double high = std::min(length, std::max(first, second));

@@ -255,7 +255,7 @@ class Pair {
     return Outcome::found;
   }
 
-  // Of the round side, towards a point in the frame of the piece.
+  // Normals of the round side towards a point in the frame of the piece.
   static std::vector<Vec3> round_normals(const ConvexPiece& piece, const Vec3& point) {
     std::vector<Vec3> normals;
     if (piece.kind() != ConvexPiece::Kind::round) return normals;

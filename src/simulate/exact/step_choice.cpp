@@ -53,7 +53,7 @@ double StepChoice::longest_s(double most_s) const {
     const double most = static_cast<double>(speeds[pair.a]) + static_cast<double>(speeds[pair.b]);
     if (!(most * longest_s > kMotionInStep * scale_ * least_of_all_m)) continue;
     const Body &a = state_.bodies[pair.a], &b = state_.bodies[pair.b];
-    // What sleeps is about to be hit, and will move as fast.
+    // A body that sleeps is about to be hit, and will move as fast.
     double extent = std::numeric_limits<double>::infinity();
     for (const Body* body : {&a, &b}) {
       if (body->moves == Moves::by_contacts && !body->put_to_sleep) {
