@@ -13,6 +13,7 @@
 #include "options.h"
 #include "pile/guide/empty_parts.h"
 #include "print.h"
+#include "scene/scene_hints.h"
 #include "scene/scene_loader.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
@@ -100,6 +101,7 @@ Examples:
     for (const std::string& line : simulator->signatures()) print_line("  " + line);
     for (const std::string& line : describe_moved_starts(model)) print_line("  " + line);
     for (const std::string& line : describe_unlikely_meshes(loaded.scene, model)) warn(line);
+    for (const std::string& line : scene_hints(loaded.scene)) warn(line);
     for (const std::string& line : describe_start_overlaps(model)) warn(line);
     for (const EmptyPart& part : too_narrow_parts(loaded.scene, model).parts) {
       warn("guide: " + describe(part));

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 // Share of the hull's volume above which the hull is accurate enough.
 constexpr double kNearlyConvex = 0.9;
 constexpr double kGravity = 9.81;
-constexpr double kThicknessOfFlat = 0.02;  // relative to the diameter
+constexpr double kThicknessOfFlat = 0.02;          // relative to the diameter
 constexpr int kUsualCount = 60, kUsualHeap = 120;  // bodies
 
 std::string number(double value) { return with_digits(value, 3); }

@@ -1,6 +1,7 @@
 #include "job/simulation_job.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "core/clock.h"
@@ -27,6 +28,7 @@
 #include "report/report_json.h"
 #include "report/report_writer.h"
 #include "scene/scene_files.h"
+#include "scene/scene_hints.h"
 #include "scene/scene_loader.h"
 #include "simulate/lifecycle.h"
 #include "simulate/simulator.h"
@@ -120,6 +122,7 @@ struct PreparedScene {
         direction(job.direct_piles ? direction_of(job.scene_file, loaded.scene, model, filling)
                                    : no_direction(loaded.scene, model)) {
     const Scene& scene = loaded.scene;
+    std::ranges::copy(scene_hints(scene), std::back_inserter(warnings));
     if (!job.direct_piles && scene.guide) {
       warnings.emplace_back(
           "simulate holds nothing in the scene's \"guide\": pilesim direct-pile does");

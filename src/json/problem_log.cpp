@@ -93,6 +93,13 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
       nearest_distance = distance;
     }
   }
+  // "velocity" for "linear_velocity".
+  if (nearest == nullptr && wanted.size() > 3) {
+    const auto ends_so = std::ranges::find_if(candidates, [&](const std::string& candidate) {
+      return lower_case(candidate).ends_with("_" + wanted);
+    });
+    if (ends_so != candidates.end()) nearest = &*ends_so;
+  }
   return nearest == nullptr ? "" : "Did you mean \"" + *nearest + "\"?";
 }
 

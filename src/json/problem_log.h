@@ -53,8 +53,8 @@ class ProblemLog {
   std::set<std::string> pointers_;  // of the findings
 };
 
-// `Did you mean "colour"?` with the nearest of `candidates` if one has a similar spelling or begins
-// with `word`, else empty.
+// `Did you mean "colour"?` with the nearest of `candidates` if one has a similar spelling, begins
+// with `word` or has it for its last words; else empty.
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace pilesim

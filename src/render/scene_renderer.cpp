@@ -600,6 +600,8 @@ void SceneRenderer::State::draw_clear(const TrajectoryFrame& frame, const View& 
     meshes->draw_batch(batch);
     glDisable(GL_BLEND);
   }
+  // A second source would take the place of the next frame's second target.
+  glBlendFunc(GL_ONE, GL_ZERO);
   glDepthFunc(GL_LESS);
   glDisable(GL_DEPTH_TEST);
 

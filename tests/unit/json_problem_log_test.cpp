@@ -14,6 +14,12 @@ TEST(DidYouMean, OffersTheNearestName) {
   EXPECT_EQ(did_you_mean("densty", names), "Did you mean \"density_kg_m3\"?");
 }
 
+TEST(DidYouMean, OffersANameThatEndsWithTheWord) {
+  const std::vector<std::string> names = {"name", "linear_velocity", "angular_velocity"};
+  EXPECT_EQ(did_you_mean("velocity", names), "Did you mean \"linear_velocity\"?");
+  EXPECT_EQ(did_you_mean("city", names), "");
+}
+
 TEST(DidYouMean, OffersNothingThatIsFarOff) {
   const std::vector<std::string> names = {"restitution", "wood", "x"};
   EXPECT_EQ(did_you_mean("bounce", names), "");

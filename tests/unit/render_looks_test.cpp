@@ -296,6 +296,25 @@ TEST(RaysAndRaster, ClearBodiesShowWhatIsBehindThem) {
   }
 }
 
+// A frame is drawn alike alone and after another one.
+TEST(Raster, FramesWithClearBodiesDoNotDependOnEachOther) {
+  DrawnScene scene;
+  scene.add(1, {0, 0.5f, 0}, {240, 240, 240}, true);
+  scene.add(1, {1, 0.5f, 0}, {200, 40, 40}, true);
+  scene.header.body_gloss.assign(3, {0.05f, 0});
+  scene.header.body_substance = {{0, 0, 0}, {0, 1, 0}, {0, 0, 0}};
+  const RenderSettings settings{.size = {64, 48}};
+  const CameraKey camera{.position = {2, 2, 4}, .target = {0.5, 0.5, 0}};
+  TrajectoryFrame before = scene.frame;
+  before.position[2].y() = 1;
+  SceneRenderer renderer(scene.header, settings);
+  renderer.draw({.frame = &before, .camera = camera});
+  const Image after_another = renderer.draw({.frame = &scene.frame, .camera = camera});
+  const Image alone =
+      SceneRenderer(scene.header, settings).draw({.frame = &scene.frame, .camera = camera});
+  EXPECT_EQ(after_another.rgb, alone.rgb);
+}
+
 // A lamp of 0.6 behind everything, seen past the middle of what is in front of it.
 class ClearInFront : public testing::Test {
  protected:
