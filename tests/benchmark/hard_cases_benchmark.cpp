@@ -98,7 +98,7 @@ const std::vector<Case> kCases = {
     {.name = "tower",
      .most_drift = 0.05,
      .ways = {Way::mixed, Way::freeze, Way::nail, Way::glue},
-     .mixed_set = {kGroundIsExact, "/emitters/0/asleep=true",
+     .mixed_set = {kGroundIsExact, "/simulator/sleeping=true", "/emitters/0/asleep=true",
                    R"(/shapes/box={"type": "mesh", "file": "../../assets/box.obj"})",
                    R"(/materials/stone={"restitution": 0.2, "friction": 0.5})"}},
     {.name = "iron_on_gravel"},

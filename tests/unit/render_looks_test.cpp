@@ -56,7 +56,8 @@ struct Traced {
                 samples, film);
   }
   Vec3f at(int column, int row) const {
-    const auto i = static_cast<size_t>(row * film.width + column);
+    const auto i =
+        static_cast<size_t>(row) * static_cast<size_t>(film.width) + static_cast<size_t>(column);
     return Vec3f(film.red[i], film.green[i], film.blue[i]) / static_cast<float>(film.samples);
   }
   Vec3f mean() const {
@@ -112,7 +113,8 @@ double edge_of_lamp(const std::vector<RayMaterial>& materials, const DrawnScene&
   const Traced traced(scene, materials, camera, dark(), {kColumns, 2}, 64);
   int column = kColumns;
   while (column > 0 && traced.at(column - 1, 0).x() < 0.5f) --column;
-  return 0.004 / 2 * (column - kColumns / 2);
+  constexpr int half = kColumns / 2;
+  return 0.004 / 2 * (column - half);
 }
 
 // A ray through a slab goes on beside itself: by t sin(a) (1 - cos(a) / (n cos(b))).
