@@ -1,5 +1,7 @@
 #include "geometry/round_sector.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace pilesim {
@@ -54,6 +56,42 @@ Vec3 RoundSector::farthest(const Vec3& direction) const {
   const double end_z = std::copysign(std::sin(half_angle), direction.z());
   const Vec3 inner(hole * end_x, std::copysign(height / 2, direction.y()), hole * end_z);
   return inner.dot(direction) > point.dot(direction) ? inner : point;
+}
+
+SectorFaces flat_faces(const RoundSector& sector, double turn) {
+  constexpr double kRounding = 1e-9;  // an arc gets no corner more for it
+  const bool is_whole = sector.is_whole(), is_flat = sector.height == 0;
+  const auto steps = static_cast<uint32_t>(std::ceil(2 * sector.half_angle / turn - kRounding));
+  SectorFaces faces;
+  std::array<std::vector<uint32_t>, 2> ends;  // lower and upper
+  for (size_t i = 0; i < (is_flat ? 1 : 2); ++i) {
+    const double radius = i == 0 ? sector.bottom : sector.top;
+    const auto add = [&](double distance, double angle) {
+      ends[i].push_back(static_cast<uint32_t>(faces.corners.size()));
+      faces.corners.emplace_back(distance * std::cos(angle), (i == 0 ? -0.5 : 0.5) * sector.height,
+                                 distance * std::sin(angle));
+    };
+    const uint32_t count = radius == 0 ? 1 : is_whole ? steps : steps + 1;
+    for (uint32_t k = 0; k < count; ++k) add(radius, sector.half_angle * (2.0 * k / steps - 1));
+    if (is_whole || is_flat) continue;
+    add(sector.hole, sector.half_angle);
+    add(sector.hole, -sector.half_angle);
+  }
+  if (is_flat) return faces;
+  // The angle turns from x to z: counter-clockwise as seen from below.
+  auto& [lower, upper] = ends;
+  if (!is_whole) {
+    const size_t count = lower.size();
+    for (size_t a = count - 3; a < count; ++a) {
+      const size_t b = (a + 1) % count;
+      faces.loops.push_back({lower[b], lower[a], upper[a], upper[b]});
+    }
+  }
+  std::ranges::reverse(upper);
+  for (const std::vector<uint32_t>& end : ends) {
+    if (end.size() > 2) faces.loops.push_back(end);
+  }
+  return faces;
 }
 
 }  // namespace pilesim

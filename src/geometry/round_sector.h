@@ -1,6 +1,9 @@
 // A convex sector of a solid of revolution: cylinders, cones, and the pieces of tubes and tori.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "core/types.h"
 
 namespace pilesim {
@@ -29,5 +32,13 @@ struct RoundSector {
   // but zero.
   Vec3 farthest(const Vec3& direction) const;
 };
+
+struct SectorFaces {
+  std::vector<Vec3> corners;
+  std::vector<std::vector<uint32_t>> loops;  // of each flat face, counter-clockwise from outside
+};
+// The core's corners: those of the arcs, one at each turn of no more than `turn` rad, and those of
+// the hole; and its flat faces, none where it has no height.
+SectorFaces flat_faces(const RoundSector& sector, double turn);
 
 }  // namespace pilesim

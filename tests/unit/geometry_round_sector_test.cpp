@@ -55,6 +55,29 @@ TEST(RoundSector, ItsFarthestPointsAreThoseOfItsArcsAndCorners) {
   }
 }
 
+// Flat faces look outward and have nothing in front of them.
+TEST(RoundSector, NothingIsBeforeItsFlatFaces) {
+  const RoundSector cone = RoundSector::frustum(0.5, 0, 1);
+  const RoundSector cup = RoundSector::frustum(0.2, 0.7, 0.3);
+  const RoundSector of_tube{.bottom = 1, .top = 1, .height = 0.4, .half_angle = 0.3, .hole = 0.8};
+  const RoundSector of_torus{.bottom = 1, .top = 1, .half_angle = 0.3, .margin = 0.2};
+  EXPECT_EQ(flat_faces(cone, 0.1).loops.size(), 1u);
+  EXPECT_EQ(flat_faces(cup, 0.1).loops.size(), 2u);
+  EXPECT_EQ(flat_faces(of_tube, 0.1).loops.size(), 5u);
+  EXPECT_TRUE(flat_faces(of_torus, 0.1).loops.empty());
+  for (const RoundSector& sector : {cone, cup, of_tube}) {
+    const SectorFaces faces = flat_faces(sector, 0.1);
+    for (const std::vector<uint32_t>& loop : faces.loops) {
+      const Vec3& corner = faces.corners[loop[0]];
+      const Vec3 normal =
+          (faces.corners[loop[1]] - corner).cross(faces.corners[loop.back()] - corner).normalized();
+      for (const uint32_t i : loop) EXPECT_NEAR(normal.dot(faces.corners[i] - corner), 0, 1e-12);
+      EXPECT_NEAR(normal.dot(sector.farthest(normal) - corner), 0, 1e-12);
+      EXPECT_LT(normal.dot(sector.farthest(-normal) - corner), -0.05);
+    }
+  }
+}
+
 TEST(RoundSector, TheNormalOfItsSideIsAcrossTheSide) {
   const RoundSector cone = RoundSector::frustum(0.5, 0.1, 0.3);
   const Vec3 along(-0.4, 0.3, 0);  // of the side at +x

@@ -12,9 +12,6 @@ namespace {
 // axes, so that a box stays a box to Bullet.
 constexpr double kDiagonalShare = 1e-9;
 
-// Tells ends of a round piece from each other.
-constexpr double kLittle = 1e-6;
-
 bool is_diagonal(const Mat3& inertia) {
   const Mat3 products = inertia - Mat3(inertia.diagonal().asDiagonal());
   return products.cwiseAbs().maxCoeff() <= kDiagonalShare * inertia.trace();
@@ -39,16 +36,8 @@ std::unique_ptr<btConvexShape> round_shape(const RoundSector& round, double marg
     cylinder->setMargin(margin_m);
     return cylinder;
   }
-  constexpr int kAround = 48;
-  std::vector<Vec3> points;
-  for (int i = 0; i < kAround; ++i) {
-    const double angle = 2 * kPi * i / kAround;
-    for (const double up : {-1.0, 1.0}) {
-      points.push_back(round.farthest({std::cos(angle), kLittle * up, std::sin(angle)}));
-      points.push_back(round.farthest({kLittle * std::cos(angle), up, kLittle * std::sin(angle)}));
-    }
-  }
-  return hull_shape(points, std::max(margin_m, round.margin), pose);
+  constexpr double kTurn = 2 * kPi / 48;
+  return hull_shape(flat_faces(round, kTurn).corners, std::max(margin_m, round.margin), pose);
 }
 
 // `pose`: of the piece; identity afterwards where its points have it already.

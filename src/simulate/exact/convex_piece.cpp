@@ -53,8 +53,6 @@ uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
   return static_cast<uint32_t>(block[lane]) * static_cast<uint32_t>(kVertexLanes) + lane;
 }
 
-// Arcs are cut where a whole number of steps is exceeded by more.
-constexpr double kRimTolerance = 1e-9;
 // A direction this near to the axis (sine) has no angle about it.
 constexpr double kAlongAxis = 1e-12;
 
@@ -160,63 +158,25 @@ ConvexPiece::ConvexPiece(const CollisionPiece& piece) {
   map_faces();
 }
 
-// Corners first, each arc in turn, then those of the hole.
 void ConvexPiece::make_round(const CollisionPiece& piece) {
   kind_ = Kind::round;
   sector_ = piece.round;
   radius_m_ = sector_.margin;
   foot_ = piece.pose.position;
   sector_turn_ = piece.pose.orientation.toRotationMatrix();
-  const bool is_whole = sector_.is_whole();
-  const auto steps =
-      static_cast<uint32_t>(std::ceil(sector_.half_angle / (kPi / kRimPoints) - kRimTolerance));
-  std::vector<Vec3> corners;
-  std::array<std::vector<uint32_t>, 2> ends;  // of the lower face and of the upper one
-  const auto add = [&](std::vector<uint32_t>& end, double radius, double y, double angle) {
-    end.push_back(static_cast<uint32_t>(corners.size()));
-    corners.emplace_back(radius * std::cos(angle), y, radius * std::sin(angle));
-  };
-  const bool is_flat = sector_.height == 0;
-  for (size_t i = 0; i < (is_flat ? 1 : 2); ++i) {
-    const double radius = i == 0 ? sector_.bottom : sector_.top;
-    const double y = (i == 0 ? -0.5 : 0.5) * sector_.height;
-    const uint32_t last = is_whole ? steps - 1 : steps;
-    for (uint32_t k = 0; k <= (radius > 0 ? last : 0); ++k) {
-      add(ends[i], radius, y, sector_.half_angle * (2.0 * k / steps - 1));
-    }
-    if (is_whole || is_flat) continue;
-    add(ends[i], sector_.hole, y, sector_.half_angle);
-    add(ends[i], sector_.hole, y, -sector_.half_angle);
-  }
-  // Counter-clockwise from outside for the lower end: the angle turns from x to z.
-  const auto add_face = [&](std::span<const uint32_t> loop) {
-    if (loop.size() < 3) return;
-    const auto first = static_cast<uint32_t>(loops_.size());
-    loops_.insert(loops_.end(), loop.begin(), loop.end());
-    const Vec3 along = corners[loop[1]] - corners[loop[0]];
-    const Vec3 normal = along.cross(corners[loop.back()] - corners[loop[0]]).normalized();
-    const Vec3 turned = sector_turn_ * normal;
-    faces_.push_back({turned, normal.dot(corners[loop[0]]) + turned.dot(foot_), first,
+  SectorFaces flat = flat_faces(sector_, 2 * kPi / kRimPoints);
+  for (Vec3& corner : flat.corners) corner = piece.pose.apply(corner);
+  // A face of the core has no points of contact where there is a margin.
+  if (radius_m_ > 0) flat.loops.clear();
+  for (const std::vector<uint32_t>& loop : flat.loops) {
+    const Vec3& corner = flat.corners[loop[0]];
+    const Vec3 along = flat.corners[loop[1]] - corner, across = flat.corners[loop.back()] - corner;
+    const Vec3 normal = along.cross(across).normalized();
+    faces_.push_back({normal, normal.dot(corner), static_cast<uint32_t>(loops_.size()),
                       static_cast<uint32_t>(loop.size())});
-  };
-  if (radius_m_ == 0 && !is_flat) {
-    std::vector<uint32_t>&lower = ends[0], &upper = ends[1];
-    add_face(lower);
-    if (!is_whole) {
-      const auto quad = [&](size_t a, size_t b) {
-        const std::array corners_of_quad = {lower[b], lower[a], upper[a], upper[b]};
-        add_face(corners_of_quad);
-      };
-      const size_t arc = lower.size() - 2;
-      quad(arc - 1, arc);
-      quad(arc, arc + 1);
-      quad(arc + 1, 0);
-    }
-    std::ranges::reverse(upper);
-    add_face(upper);
+    loops_.insert(loops_.end(), loop.begin(), loop.end());
   }
-  for (Vec3& corner : corners) corner = piece.pose.apply(corner);
-  take_vertices(std::move(corners));
+  take_vertices(std::move(flat.corners));
   Bounds own;  // in the sector's frame
   for (int k = 0; k < 3; ++k) {
     for (const double side : {1.0, -1.0}) {
