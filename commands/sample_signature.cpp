@@ -90,8 +90,7 @@ void sample(SampleSignatureArguments& options) {
   if (options.scene.empty()) {
     s.mesh = options.mesh;
   } else {
-    const std::string warning = take_from_scene(options.scene, options.shape, s);
-    if (!warning.empty()) warn(warning);
+    take_from_scene(options.scene, options.shape, s);
   }
   s.kind = options.micro ? TrialKind::micro : TrialKind::macro;
   s.sampling = default_sampling(s.layout);

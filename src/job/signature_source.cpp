@@ -59,8 +59,8 @@ void refuse_scene_as_mesh(const std::filesystem::path& scene_file, const std::st
              " --shape " + shell_word(meshes.front()) + " -o " + shell_word(output));
 }
 
-std::string take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
-                            SignatureOptions& options) {
+void take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
+                     SignatureOptions& options) {
   const Scene scene = load_scene(scene_file).scene;
   const std::vector<std::string> meshes = moving_meshes(scene, scene_file);
   if (shape.empty() && meshes.size() > 1) {
@@ -82,6 +82,13 @@ std::string take_from_scene(const std::filesystem::path& scene_file, const std::
            "one material, which the signature is measured with",
            "Give each material a shape of its own, with its own signature");
   }
+  if (is_always_joined(scene, name)) {
+    refuse(scene_file,
+           "all bodies of shape \"" + name +
+               "\" have joints, and no mode uses signatures of such bodies",
+           "a shape of bodies without joints",
+           "Measure the mesh alone: name its file in place of the scene");
+  }
   const Material& material = scene.materials.at(*used.begin());
   const auto& mesh = std::get<MeshShape>(scene.shapes.at(name));
   options.mesh = mesh.file;
@@ -95,9 +102,6 @@ std::string take_from_scene(const std::filesystem::path& scene_file, const std::
   options.material.restitution = material.restitution;
   options.material.friction = material.friction;
   options.solid = solid_options(mesh);
-  if (!is_always_joined(scene, name)) return {};
-  return "all bodies of shape \"" + name +
-         "\" have joints, and no mode uses the signatures of such bodies";
 }
 
 }  // namespace pilesim

@@ -10,10 +10,10 @@ namespace pilesim {
 
 // Sets in `options` the mesh, its scale, up axis and solid, and the material of the shape named
 // `shape` in the scene file; empty: of the only moving mesh. Throws as load_scene(), and
-// Error(usage) if the shape cannot be sampled or has several materials. Returns a warning where no
-// mode would use the signature, or nothing.
-std::string take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
-                            SignatureOptions& options);
+// Error(usage) if the shape cannot be sampled, has several materials, or is one of jointed bodies
+// alone.
+void take_from_scene(const std::filesystem::path& scene_file, const std::string& shape,
+                     SignatureOptions& options);
 
 // Throws Error(usage) with the command that samples a shape of the scene to `output`.
 [[noreturn]] void refuse_scene_as_mesh(const std::filesystem::path& scene_file,
