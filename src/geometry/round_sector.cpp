@@ -5,6 +5,13 @@
 #include <cmath>
 
 namespace pilesim {
+namespace {
+
+double across_axis(const Vec3& direction) {
+  return std::sqrt(direction.x() * direction.x() + direction.z() * direction.z());
+}
+
+}  // namespace
 
 RoundSector RoundSector::cylinder(double radius, double height) {
   return frustum(radius, radius, height);
@@ -14,17 +21,25 @@ RoundSector RoundSector::frustum(double bottom, double top, double height) {
   return {.bottom = bottom, .top = top, .height = height};
 }
 
+RoundSector RoundSector::part(double half_angle) const {
+  RoundSector part = *this;
+  part.end_x = std::cos(half_angle);
+  part.end_z = std::sin(half_angle);
+  return part;
+}
+
+double RoundSector::half_angle() const { return std::atan2(end_z, end_x); }
+
 double RoundSector::radius_at(double y) const {
   return height > 0 ? bottom + (top - bottom) * (y / height + 0.5) : bottom;
 }
 
 bool RoundSector::is_within(const Vec3& direction) const {
-  return is_whole() ||
-         direction.x() >= std::cos(half_angle) * std::hypot(direction.x(), direction.z());
+  return is_whole() || direction.x() >= end_x * across_axis(direction);
 }
 
 Vec3 RoundSector::side_normal(const Vec3& direction) const {
-  const double across = std::hypot(direction.x(), direction.z());
+  const double across = across_axis(direction);
   const double rise = bottom - top;  // over the height
   const double slope = std::hypot(height, rise);
   const double outward = slope > 0 ? height / slope : 1, upward = slope > 0 ? rise / slope : 0;
@@ -32,17 +47,17 @@ Vec3 RoundSector::side_normal(const Vec3& direction) const {
 }
 
 Vec3 RoundSector::farthest(const Vec3& direction) const {
-  const double across = std::hypot(direction.x(), direction.z());
+  const double across = across_axis(direction);
   // The arcs' points at this angle.
   double x = 1, z = 0, along = 0;
-  const bool is_inside = is_within(direction);
+  const bool is_inside = is_whole() || direction.x() >= end_x * across;
   if (is_inside && across > 1e-12 * std::abs(direction.y())) {
     x = direction.x() / across;
     z = direction.z() / across;
     along = across;
   } else if (!is_inside) {
-    x = std::cos(half_angle);
-    z = std::copysign(std::sin(half_angle), direction.z());
+    x = end_x;
+    z = std::copysign(end_z, direction.z());
     along = x * direction.x() + z * direction.z();
   } else if (is_whole()) {
     x = 0;
@@ -52,16 +67,16 @@ Vec3 RoundSector::farthest(const Vec3& direction) const {
   const double radius = is_top ? top : bottom, y = (is_top ? 0.5 : -0.5) * height;
   Vec3 point(radius * x, y, radius * z);
   if (is_whole() || hole == 0) return point;
-  const double end_x = std::cos(half_angle);
-  const double end_z = std::copysign(std::sin(half_angle), direction.z());
-  const Vec3 inner(hole * end_x, std::copysign(height / 2, direction.y()), hole * end_z);
+  const Vec3 inner(hole * end_x, std::copysign(height / 2, direction.y()),
+                   std::copysign(hole * end_z, direction.z()));
   return inner.dot(direction) > point.dot(direction) ? inner : point;
 }
 
 SectorFaces flat_faces(const RoundSector& sector, double turn) {
   constexpr double kRounding = 1e-9;  // an arc gets no corner more for it
+  const double half_angle = sector.half_angle();
   const bool is_whole = sector.is_whole(), is_flat = sector.height == 0;
-  const auto steps = static_cast<uint32_t>(std::ceil(2 * sector.half_angle / turn - kRounding));
+  const auto steps = static_cast<uint32_t>(std::ceil(2 * half_angle / turn - kRounding));
   SectorFaces faces;
   std::array<std::vector<uint32_t>, 2> ends;  // lower and upper
   for (size_t i = 0; i < (is_flat ? 1 : 2); ++i) {
@@ -72,10 +87,10 @@ SectorFaces flat_faces(const RoundSector& sector, double turn) {
                                  distance * std::sin(angle));
     };
     const uint32_t count = radius == 0 ? 1 : is_whole ? steps : steps + 1;
-    for (uint32_t k = 0; k < count; ++k) add(radius, sector.half_angle * (2.0 * k / steps - 1));
+    for (uint32_t k = 0; k < count; ++k) add(radius, half_angle * (2.0 * k / steps - 1));
     if (is_whole || is_flat) continue;
-    add(sector.hole, sector.half_angle);
-    add(sector.hole, -sector.half_angle);
+    add(sector.hole, half_angle);
+    add(sector.hole, -half_angle);
   }
   if (is_flat) return faces;
   // The angle turns from x to z: counter-clockwise as seen from below.

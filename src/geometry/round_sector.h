@@ -13,16 +13,20 @@ namespace pilesim {
 struct RoundSector {
   double bottom = 0, top = 0;  // radii of the arcs at y = -height / 2 and height / 2, >= 0
   double height = 0;           // >= 0
-  double half_angle = kPi;     // rad, from the middle of an arc to its end; kPi, or below kPi / 2
-  double hole = 0;             // where half_angle < kPi: distance of the hole's corners from the
-                               // axis, at the ends of the arcs; below both radii, but for a height
-                               // of 0, where there are none
-  double margin = 0;           // >= 0
+  // The end of an arc as seen from the axis, unit; (-1, 0): it goes all around.
+  double end_x = -1, end_z = 0;  // end_z >= 0
+  double hole = 0;               // of a part: distance of the hole's corners from the axis, at the
+                                 // ends of the arcs; below both radii, but for a height of 0, where
+                                 // there are none
+  double margin = 0;             // >= 0
 
   static RoundSector cylinder(double radius, double height);
   static RoundSector frustum(double bottom, double top, double height);
 
-  bool is_whole() const { return half_angle == kPi; }
+  // The part of it with arcs of so much to either side of their middle, rad, below kPi / 2.
+  RoundSector part(double half_angle) const;
+  double half_angle() const;
+  bool is_whole() const { return end_x == -1; }
   double radius_at(double y) const;  // of the round side
   // Whether a direction points to the round side between the ends of the arcs.
   bool is_within(const Vec3& direction) const;

@@ -101,7 +101,8 @@ std::string cache_key(const MeasuredObject& object) {
                           piece.round.bottom,
                           piece.round.top,
                           piece.round.height,
-                          piece.round.half_angle,
+                          piece.round.end_x,
+                          piece.round.end_z,
                           piece.round.hole,
                           piece.round.margin};
     key.add_values(std::span<const double>(pose));

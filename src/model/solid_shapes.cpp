@@ -45,8 +45,8 @@ int ring_pieces(double radius, double error_m, int least) {
 }
 
 // A ring about the axis y of so many sectors.
-std::vector<CollisionPiece> sectors(RoundSector sector, int count) {
-  sector.half_angle = kPi / count;
+std::vector<CollisionPiece> sectors(const RoundSector& whole, int count) {
+  const RoundSector sector = whole.part(kPi / count);
   std::vector<CollisionPiece> pieces;
   for (int i = 0; i < count; ++i) {
     const Quat turn(Eigen::AngleAxisd(2 * kPi * i / count, Vec3::UnitY()));

@@ -68,17 +68,15 @@ CollisionPiece random_piece(Philox& random) {
     case 4:  // of a tube
       piece.kind = CollisionPiece::Kind::round;
       piece.round = RoundSector::cylinder(0.4 + 0.5 * random.uniform(), 0.2 + random.uniform());
-      piece.round.half_angle = 0.1 + random.uniform();
+      piece.round = piece.round.part(0.1 + random.uniform());
       piece.round.hole = (0.3 + 0.5 * random.uniform()) * piece.round.bottom;
       piece.pose.position.x() = -0.9 * piece.round.bottom;
       break;
     case 5: {  // of a torus
       const double ring = 0.4 + 0.5 * random.uniform();
       piece.kind = CollisionPiece::Kind::round;
-      piece.round = {.bottom = ring,
-                     .top = ring,
-                     .half_angle = 0.1 + random.uniform(),
-                     .margin = 0.1 + 0.2 * random.uniform()};
+      piece.round = RoundSector{.bottom = ring, .top = ring}.part(0.1 + random.uniform());
+      piece.round.margin = 0.1 + 0.2 * random.uniform();
       piece.pose.position.x() = -ring;
       break;
     }

@@ -19,7 +19,7 @@ std::vector<Vec3> points_of(const RoundSector& sector) {
   for (const double side : {-0.5, 0.5}) {
     const double radius = side < 0 ? sector.bottom : sector.top;
     for (int i = -kAround; i <= kAround; ++i) {
-      const double angle = sector.half_angle * i / kAround;
+      const double angle = sector.half_angle() * i / kAround;
       points.emplace_back(radius * std::cos(angle), side * sector.height, radius * std::sin(angle));
       if (sector.is_whole() || std::abs(i) < kAround) continue;
       points.emplace_back(sector.hole * std::cos(angle), side * sector.height,
@@ -34,8 +34,8 @@ TEST(RoundSector, ItsFarthestPointsAreThoseOfItsArcsAndCorners) {
   for (const RoundSector& sector :
        {RoundSector::cylinder(0.5, 1), RoundSector::frustum(0.5, 0, 1),
         RoundSector::frustum(0.2, 0.7, 0.3),
-        RoundSector{.bottom = 1, .top = 1, .height = 0.4, .half_angle = 0.3, .hole = 0.8},
-        RoundSector{.bottom = 1, .top = 1, .height = 2, .half_angle = 1.2, .hole = 0.3}}) {
+        RoundSector{.bottom = 1, .top = 1, .height = 0.4, .hole = 0.8}.part(0.3),
+        RoundSector{.bottom = 1, .top = 1, .height = 2, .hole = 0.3}.part(1.2)}) {
     const std::vector<Vec3> points = points_of(sector);
     for (int i = 0; i < 500; ++i) {
       Vec3 along;
@@ -59,8 +59,9 @@ TEST(RoundSector, ItsFarthestPointsAreThoseOfItsArcsAndCorners) {
 TEST(RoundSector, NothingIsBeforeItsFlatFaces) {
   const RoundSector cone = RoundSector::frustum(0.5, 0, 1);
   const RoundSector cup = RoundSector::frustum(0.2, 0.7, 0.3);
-  const RoundSector of_tube{.bottom = 1, .top = 1, .height = 0.4, .half_angle = 0.3, .hole = 0.8};
-  const RoundSector of_torus{.bottom = 1, .top = 1, .half_angle = 0.3, .margin = 0.2};
+  const RoundSector of_tube =
+      RoundSector{.bottom = 1, .top = 1, .height = 0.4, .hole = 0.8}.part(0.3);
+  const RoundSector of_torus = RoundSector{.bottom = 1, .top = 1, .margin = 0.2}.part(0.3);
   EXPECT_EQ(flat_faces(cone, 0.1).loops.size(), 1u);
   EXPECT_EQ(flat_faces(cup, 0.1).loops.size(), 2u);
   EXPECT_EQ(flat_faces(of_tube, 0.1).loops.size(), 5u);

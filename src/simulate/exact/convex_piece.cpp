@@ -304,9 +304,9 @@ bool ConvexPiece::is_covered(const Vec3& outward) const {
 
 Vec3 ConvexPiece::to_arc(const Vec3& outward) const {
   const Vec3 own = sector_turn_.transpose() * outward;
-  const double across = std::hypot(own.x(), own.z()), angle = sector_.half_angle;
+  const double across = std::hypot(own.x(), own.z());
   return sector_turn_ *
-         Vec3(across * std::cos(angle), own.y(), std::copysign(across * std::sin(angle), own.z()));
+         Vec3(across * sector_.end_x, own.y(), std::copysign(across * sector_.end_z, own.z()));
 }
 
 bool ConvexPiece::holds(const Vec3& point, double tolerance_m) const {
