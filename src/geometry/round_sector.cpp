@@ -66,7 +66,7 @@ Vec3 RoundSector::farthest(const Vec3& direction) const {
   const bool is_top = up + top * along > -up + bottom * along || (along == 0 && up > 0);
   const double radius = is_top ? top : bottom, y = (is_top ? 0.5 : -0.5) * height;
   Vec3 point(radius * x, y, radius * z);
-  if (is_whole() || hole == 0) return point;
+  if (is_whole() || height == 0) return point;
   const Vec3 inner(hole * end_x, std::copysign(height / 2, direction.y()),
                    std::copysign(hole * end_z, direction.z()));
   return inner.dot(direction) > point.dot(direction) ? inner : point;

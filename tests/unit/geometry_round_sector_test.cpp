@@ -35,7 +35,8 @@ TEST(RoundSector, ItsFarthestPointsAreThoseOfItsArcsAndCorners) {
        {RoundSector::cylinder(0.5, 1), RoundSector::frustum(0.5, 0, 1),
         RoundSector::frustum(0.2, 0.7, 0.3),
         RoundSector{.bottom = 1, .top = 1, .height = 0.4, .hole = 0.8}.part(0.3),
-        RoundSector{.bottom = 1, .top = 1, .height = 2, .hole = 0.3}.part(1.2)}) {
+        RoundSector{.bottom = 1, .top = 1, .height = 2, .hole = 0.3}.part(1.2),
+        RoundSector{.bottom = 0.7, .top = 1, .height = 0.4}.part(0.8)}) {
     const std::vector<Vec3> points = points_of(sector);
     for (int i = 0; i < 500; ++i) {
       Vec3 along;

@@ -48,10 +48,9 @@ double StepChoice::longest_s(double most_s) const {
     speeds[i] = static_cast<float>((1 + 1e-6) * speed);
     if (body.is_awake()) least_m = std::min(least_m, shape.smallest_extent_m);
   }
-  const double least_of_all_m = std::min(least_m, least_extent_m_);
   for (const Pair& pair : state_.pairs) {
     const double most = static_cast<double>(speeds[pair.a]) + static_cast<double>(speeds[pair.b]);
-    if (!(most * longest_s > kMotionInStep * scale_ * least_of_all_m)) continue;
+    if (!(most * longest_s > kMotionInStep * scale_ * least_extent_m_)) continue;
     const Body &a = state_.bodies[pair.a], &b = state_.bodies[pair.b];
     // A body that sleeps is about to be hit, and will move as fast.
     double extent = std::numeric_limits<double>::infinity();
