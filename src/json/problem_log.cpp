@@ -79,6 +79,36 @@ bool ProblemLog::is_sound_itself(const Path& path) const {
   return findings_.empty() || !pointers_.contains(path.pointer());
 }
 
+namespace {
+
+// What other tools call it, and what it is called here.
+constexpr std::pair<std::string_view, std::string_view> kOtherWords[] = {
+    {"active", "dynamic"},
+    {"animated", "kinematic"},
+    {"ball", "sphere"},
+    {"bounce", "material"},
+    {"cube", "box"},
+    {"density", "material"},
+    {"dt", "step_s"},
+    {"fixed", "static"},
+    {"fps", "frame_rate"},
+    {"friction", "material"},
+    {"mass", "material"},
+    {"mass_kg", "material"},
+    {"model", "mesh"},
+    {"movable", "dynamic"},
+    {"orientation", "rotation_deg"},
+    {"passive", "static"},
+    {"path", "file"},
+    {"restitution", "material"},
+    {"rigid", "dynamic"},
+    {"time", "duration_s"},
+    {"timestep", "step_s"},
+    {"translation", "position"},
+};
+
+}  // namespace
+
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
   constexpr size_t kLongestWord =
       100;  // longer words are no misspellings, and the search is quadratic
@@ -99,6 +129,11 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
       return lower_case(candidate).ends_with("_" + wanted);
     });
     if (ends_so != candidates.end()) nearest = &*ends_so;
+  }
+  for (const auto& [other, own] : kOtherWords) {
+    if (nearest != nullptr || other != wanted) continue;
+    const auto found = std::ranges::find(candidates, own);
+    if (found != candidates.end()) nearest = &*found;
   }
   return nearest == nullptr ? "" : "Did you mean \"" + *nearest + "\"?";
 }

@@ -45,8 +45,11 @@ class JointChecker {
     if (!log_.is_sound(path)) return nullptr;
     const auto found = std::ranges::find(scene_.bodies, name, &Body::name);
     if (found != scene_.bodies.end()) return &*found;
+    const bool is_link = std::ranges::any_of(
+        scene_.chains, [&](const Chain& chain) { return name.starts_with(chain.name + '/'); });
     log_.report(path, "is \"" + name + "\", which is no body of the scene", "the name of a body",
-                did_you_mean(name, names_));
+                is_link ? R"(Joints name no links of chains: use the chain's "start" and "end")"
+                        : did_you_mean(name, names_));
     return nullptr;
   }
 

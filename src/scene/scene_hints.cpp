@@ -33,6 +33,19 @@ std::vector<std::string> scene_hints(const Scene& scene) {
                     R"(" is held and no event of type "release" lets it go; for one that never )"
                     R"(moves take "role": "static")");
   }
+  for (const Body& body : scene.bodies) {
+    if (body.role != Role::kinematic || !body.motion.empty() || !body.motion.motors.empty() ||
+        body.surface_velocity) {
+      continue;
+    }
+    hints.push_back("the body \"" + body.name +
+                    R"(" is kinematic and has no "motion", "motors" or "surface_velocity": it )"
+                    "stands still");
+  }
+  if (scene.gravity.y() > 0) {
+    hints.emplace_back(
+        R"("gravity" points up: y is up here; for things that fall it is [0, -9.81, 0])");
+  }
   return hints;
 }
 

@@ -20,6 +20,14 @@ TEST(DidYouMean, OffersANameThatEndsWithTheWord) {
   EXPECT_EQ(did_you_mean("city", names), "");
 }
 
+TEST(DidYouMean, KnowsTheWordsOfOtherTools) {
+  const std::vector<std::string> roles = {"static", "kinematic", "dynamic"};
+  EXPECT_EQ(did_you_mean("fixed", roles), "Did you mean \"static\"?");
+  const std::vector<std::string> keys = {"name", "shape", "material"};
+  EXPECT_EQ(did_you_mean("restitution", keys), "Did you mean \"material\"?");
+  EXPECT_EQ(did_you_mean("fixed", keys), "");
+}
+
 TEST(DidYouMean, OffersNothingThatIsFarOff) {
   const std::vector<std::string> names = {"restitution", "wood", "x"};
   EXPECT_EQ(did_you_mean("bounce", names), "");

@@ -32,5 +32,30 @@ TEST(SceneHints, NameWhatNeverHappens) {
   EXPECT_THAT(hints_of(""), ElementsAre(HasSubstr("\"stopper\" is held and no event")));
 }
 
+std::vector<std::string> hints_of_kinematic(const std::string& keys,
+                                            const std::string& gravity = "[0, -9.81, 0]") {
+  return scene_hints(parse_scene(R"({"version": 1, "gravity": )" + gravity +
+                                     R"(, "materials": {"m": {}},
+        "shapes": {"b": {"type": "sphere", "radius": 1}},
+        "bodies": [{"name": "paddle", "shape": "b", "material": "m", "role": "kinematic")" +
+                                     keys + "}]}",
+                                 "scene.json")
+                         .scene);
+}
+
+TEST(SceneHints, NameWhatMovesByNothing) {
+  EXPECT_THAT(hints_of_kinematic(""), ElementsAre(HasSubstr("\"paddle\" is kinematic and has no")));
+  EXPECT_THAT(
+      hints_of_kinematic(R"(, "motors": [{"type": "spin", "angular_velocity": [0, 1, 0]}])"),
+      IsEmpty());
+  EXPECT_THAT(hints_of_kinematic(R"(, "surface_velocity": {"linear": [1, 0, 0]})"), IsEmpty());
+}
+
+TEST(SceneHints, SayThatGravityPointsUp) {
+  const std::string belt = R"(, "surface_velocity": {"linear": [1, 0, 0]})";
+  EXPECT_THAT(hints_of_kinematic(belt, "[0, 9.81, 0]"), ElementsAre(HasSubstr("points up")));
+  EXPECT_THAT(hints_of_kinematic(belt, "[0, 0, 0]"), IsEmpty());
+}
+
 }  // namespace
 }  // namespace pilesim
