@@ -26,15 +26,10 @@ double gravity_of(const Scene& scene) {
   return gravity > 0 ? gravity : kUsualGravity;
 }
 
-// Radius of the smallest dynamic body; 1 without any.
-double least_radius_m(const Model& model) {
-  double radius = std::numeric_limits<double>::infinity();
-  for (const ModelBody& body : model.bodies) {
-    if (body.role == Role::dynamic) {
-      radius = std::min(radius, model.shapes[body.shape].bounding_radius);
-    }
-  }
-  return std::isfinite(radius) ? radius : 1;
+// Lengths are told in radii of the smallest body.
+double unit_m(const Model& model) {
+  const double radius_m = least_radius_m(model);
+  return std::isfinite(radius_m) ? radius_m : 1;
 }
 
 // One frame is one step. ExactRest decides which bodies sleep, not the engine.
@@ -79,11 +74,11 @@ bool is_slow(const ModelShape& shape, double gravity, const BodyMotion& motion) 
 
 ExactRest::ExactRest(const Scene& scene, const Model& model, BodyStates start,
                      const RestSettings& settings)
-    : parting_(parting_scene(scene, least_radius_m(model))),
+    : parting_(parting_scene(scene, unit_m(model))),
       model_(for_rest(model)),
       states_(std::move(start)) {
   state_.left.assign(model.bodies.size(), kNotLeft);
-  const double unit_s = std::sqrt(least_radius_m(model) / gravity_of(scene));
+  const double unit_s = std::sqrt(unit_m(model) / gravity_of(scene));
   settling_ = with_step(scene, kStep * unit_s);
   longest_s_ = settings.longest_s.value_or(kLongest * unit_s);
   if (settings.visible_only) leave_what_is_deep();

@@ -110,11 +110,17 @@ std::vector<std::filesystem::path> outdated(const std::filesystem::path& directo
   return entries;
 }
 
+Model model_of(const SimulationJob& job, Scene& scene) {
+  Model model = naming(job.scene_file.string(), [&] { return build_model(scene); });
+  choose_fixed_step(scene, model);
+  return model;
+}
+
 // A scene that is ready to run. Nothing is written yet.
 struct PreparedScene {
   explicit PreparedScene(const SimulationJob& job)
       : loaded(load_scene(job.scene_file, job.overrides)),
-        model(naming(job.scene_file.string(), [&] { return build_model(loaded.scene); })),
+        model(model_of(job, loaded.scene)),
         begun_from(job.from ? begin_from(*job.from, loaded.scene, model, job.take) : LastState{}),
         // Before filling the guide changes the numbering of bodies.
         warnings(describe_start_overlaps(model)),

@@ -562,6 +562,25 @@ double mean_diameter_m(const Model& model) {
   return dynamic > 0 ? sum_m / static_cast<double>(dynamic) : 0;
 }
 
+double least_radius_m(const Model& model) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    least_m = std::min(least_m, model.shapes[body.shape].bounding_radius);
+  }
+  return least_m;
+}
+
+void choose_fixed_step(Scene& scene, const Model& model) {
+  const double gravity = scene.gravity.norm();
+  if (scene.step_s || scene.simulator.mode == SimulatorMode::impulse || gravity == 0) return;
+  // Of sqrt(r / g): with longer ones a body at rest falls, in a step, as fast as bodies collide
+  // (sphere_constants.h).
+  constexpr double kLongestStep = 0.25;
+  const double longest_s = kLongestStep * std::sqrt(least_radius_m(model) / gravity);
+  if (longest_s < Scene::kFixedStep) scene.step_s = longest_s;
+}
+
 ModelJoint joint_between(const Joint& source, std::span<const ModelBody> bodies, uint32_t a,
                          uint32_t b) {
   const Pose pose_a = bodies[a].pose;

@@ -188,5 +188,10 @@ SurfaceVelocity world_surface_velocity(const Model& model, uint32_t body, const 
 
 // Mean diameter of the dynamic bodies' bounding spheres about the centre of mass, m; 0 without any.
 double mean_diameter_m(const Model& model);
+// Radius of the smallest of them, m; infinite without any.
+double least_radius_m(const Model& model);
+
+// If steps have one length and the scene names none: one that is short for its smallest body, too.
+void choose_fixed_step(Scene& scene, const Model& model);
 
 }  // namespace pilesim

@@ -361,11 +361,7 @@ double step_with_guide_s(const Scene& scene, double radius_m) {
 }
 
 GlueVerdict judge_start(const Scene& scene, const Model& model) {
-  double radius_m = std::numeric_limits<double>::infinity();
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    radius_m = std::min(radius_m, model.shapes[body.shape].bounding_radius);
-  }
+  const double radius_m = least_radius_m(model);
   Scene start = scene;
   start.simulator.mode = SimulatorMode::impulse;
   start.guide->control = false;
