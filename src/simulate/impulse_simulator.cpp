@@ -159,19 +159,21 @@ FrameStatistics ImpulseSimulator::step_frame() {
   return statistics;
 }
 
-// Sets the length of the step to come. How many of that length the rest of the frame takes.
+// Sets the length of the step to come. How many of that length the rest of the frame takes, or one
+// more than the part of it takes after which a body comes or an event happens.
 int ImpulseSimulator::choose_step() {
   constexpr double kRounding = 1e-6;  // a frame takes no step more for it
   const double rest_s = life_.rest_of_frame_s();
   // Directors of guides count steps.
   const bool is_fixed = scene_.step_s || scene_.guide;
-  if (!is_fixed) exact_.set_step(rest_s);
+  const double part_s = is_fixed ? rest_s : life_.rest_of_part_s();
+  if (!is_fixed) exact_.set_step(part_s);
   const double longest_s =
-      is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(rest_s, timer_);
-  const int steps = std::max(1, static_cast<int>(std::ceil(rest_s / longest_s - kRounding)));
-  life_.set_step(is_fixed ? longest_s : rest_s / steps);
+      is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(part_s, timer_);
+  const int steps = std::max(1, static_cast<int>(std::ceil(part_s / longest_s - kRounding)));
+  life_.set_step(is_fixed ? longest_s : part_s / steps);
   exact_.set_step(life_.step_s());
-  return steps;
+  return part_s < rest_s ? steps + 1 : steps;
 }
 
 void ImpulseSimulator::take_hits() {

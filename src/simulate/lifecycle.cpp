@@ -198,6 +198,24 @@ double Lifecycle::rest_of_frame_s() const {
   return static_cast<double>(state_.frames + 1) / frame_rate_ - state_.time_s;
 }
 
+double Lifecycle::rest_of_part_s() const {
+  constexpr double kMostParts = 16;
+  const double rest_s = rest_of_frame_s(), least_s = 1 / (kMostParts * frame_rate_);
+  const double now_s = time_s() + kSameTime * step_s_;
+  double next_s = time_s() + rest_s;
+  for (size_t i = state_.waiting.size(); i > 0; --i) {
+    const double start_s = model_.bodies[state_.waiting[i - 1]].start_s;
+    if (start_s <= now_s) continue;  // it waits for room
+    next_s = std::min(next_s, start_s);
+    break;
+  }
+  if (state_.next_event < model_.events.size()) {
+    next_s = std::min(next_s, model_.events[state_.next_event].time_s);
+  }
+  const double part_s = std::max(next_s - time_s(), least_s);
+  return rest_s - part_s < least_s ? rest_s : part_s;
+}
+
 void Lifecycle::end_step() {
   ++state_.steps;
   state_.time_s += step_s_;

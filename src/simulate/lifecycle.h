@@ -52,6 +52,9 @@ class Lifecycle {
   double step_s() const { return step_s_; }        // of the step to come
   double time_s() const { return state_.time_s; }  // of the state
   double rest_of_frame_s() const;
+  // Until a body's time comes, or an event's, or the frame ends; at least a sixteenth of a frame,
+  // and so much is left of it then, if any.
+  double rest_of_part_s() const;
 
   bool has(uint32_t body, uint8_t flags) const { return (state_.bodies.flags[body] & flags) != 0; }
   bool is_free(uint32_t body) const {  // dynamic and not held

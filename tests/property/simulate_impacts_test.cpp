@@ -221,6 +221,37 @@ TEST(Impacts, ARowThatSleepsPassesAnImpulseOn) {
   }
 }
 
+// In no frame is a body of such a row in the next one.
+TEST(Impacts, ARowWithGapsStaysApart) {
+  constexpr double kWidth = 1;
+  for (const bool boxes : {false, true}) {
+    for (const double restitution : {0.0, 0.5, 1.0}) {
+      for (const double gap : {0.005, 0.01, 0.02, 0.03, 0.05}) {
+        SmallModel m;
+        m.scene.gravity = Vec3::Zero();
+        const uint32_t slick = m.material(restitution, 0);
+        const uint32_t shape = boxes ? m.box(Vec3::Constant(kWidth)) : m.sphere(kWidth / 2);
+        for (int i = 0; i < 6; ++i) {
+          ModelBody& body = m.body(shape, slick, {i * (1 + gap) * kWidth, 0, 0});
+          if (i == 0) body.linear_velocity.x() = 3;
+          body.asleep = i > 0;
+        }
+        const auto simulator = make_simulator(m.scene, m.model);
+        double overlap_m = 0;
+        for (int frame = 0; frame < 20; ++frame) {
+          simulator->step_frame();
+          const std::vector<Vec3>& at = simulator->states().position;
+          for (size_t i = 0; i + 1 < at.size(); ++i) {
+            overlap_m = std::max(overlap_m, kWidth - (at[i + 1].x() - at[i].x()));
+          }
+        }
+        EXPECT_LT(overlap_m, 0.01 * kWidth)
+            << (boxes ? "boxes " : "balls ") << ", e " << restitution << ", gap " << gap;
+      }
+    }
+  }
+}
+
 TEST(Impacts, AsManyLeaveARowAsHitIt) {
   for (const double gap : {0.0, 1e-4, 1e-2}) {
     const std::vector<double> after =
@@ -319,6 +350,59 @@ TEST(Impacts, ABoxThatFallsFlatBouncesFlat) {
       ASSERT_EQ(heights.size(), 4U);
       for (const double reached : heights) {
         EXPECT_NEAR(reached / height, 1, 0.005) << edge << " " << height;
+      }
+    }
+  }
+}
+
+// A ball falls obliquely or spinning; the impulses of friction and of the ground act at its own
+// surface, however far it is when the step begins.
+TEST(Impacts, AnObliqueOneOfABallKeepsItsAngularMomentum) {
+  constexpr double kBall = 0.05, kRestitution = 0.8;
+  for (const double friction : {0.1, 1.0}) {
+    for (const double drop : {0.3, 0.41, 0.5, 0.63}) {
+      for (const double speed : {0.7, 1.0, 5.0}) {
+        SmallModel m;
+        m.scene.step_s.reset();
+        const uint32_t stuff = m.material(kRestitution, friction);
+        m.body(m.plane(), stuff, Vec3::Zero(), Role::fixed);
+        m.body(m.sphere(kBall), stuff, {0, kBall + drop, 0}).linear_velocity.x() = speed;
+        const auto simulator = make_simulator(m.scene, m.model);
+        run(*simulator, static_cast<int>(60 * std::sqrt(2 * drop / test::kGravity)) + 4);
+        const double impulse = (1 + kRestitution) * std::sqrt(2 * test::kGravity * drop) * friction;
+        const double lost = std::min(impulse, 2 * speed / 7);  // until it rolls
+        const BodyStates& states = simulator->states();
+        EXPECT_NEAR(states.linear_velocity[1].x(), speed - lost, 0.003 * speed)
+            << friction << ' ' << drop << ' ' << speed;
+        EXPECT_NEAR(states.angular_velocity[1].z(), -2.5 * lost / kBall, 0.01 * lost / kBall)
+            << friction << ' ' << drop << ' ' << speed;
+      }
+    }
+  }
+}
+
+// One of two balls is hit off its centre: it leaves along the line of centres at the impact.
+TEST(Impacts, AnObliqueOneOfBallsIsAlongTheirCentres) {
+  constexpr double kBall = 0.03;
+  for (const double restitution : {1.0, 0.5}) {
+    for (const double speed : {0.5, 1.0, 3.0, 8.0}) {
+      for (const double degrees : {10.0, 40.0, 55.0, 70.0, 80.0}) {
+        const double angle = kPi / 180 * degrees;
+        SmallModel m;
+        m.scene.gravity.setZero();
+        m.scene.step_s.reset();
+        const uint32_t stuff = m.material(restitution, 0), ball = m.sphere(kBall);
+        m.body(ball, stuff, {-0.1137, 0, 0}).linear_velocity.x() = speed;
+        m.body(ball, stuff, {0, 2 * kBall * std::sin(angle), 0});
+        const auto simulator = make_simulator(m.scene, m.model);
+        run(*simulator, 30);
+        const Vec3 given = (1 + restitution) / 2 * speed * std::cos(angle) *
+                           Vec3(std::cos(angle), std::sin(angle), 0);
+        const BodyStates& states = simulator->states();
+        EXPECT_LT((states.linear_velocity[1] - given).norm(), 0.002 * speed)
+            << restitution << ' ' << speed << ' ' << degrees;
+        EXPECT_LT((states.linear_velocity[0] + given - Vec3(speed, 0, 0)).norm(), 0.002 * speed)
+            << restitution << ' ' << speed << ' ' << degrees;
       }
     }
   }

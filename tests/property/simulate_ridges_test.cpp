@@ -50,7 +50,7 @@ struct OnRidges {
   uint64_t seed;
 };
 
-// 25 boxes fall, those of a diagonal at once, so that they do not meet.
+// 25 boxes fall, those of a diagonal at once, and pass through each other.
 void expect_on_top(const OnRidges& scene) {
   SCOPED_TRACE(std::to_string(scene.size.x()) + " m, " + (scene.is_random ? "random" : "ridges") +
                (scene.is_terrain ? ", terrain" : ", mesh") + ", friction " +
@@ -75,6 +75,11 @@ void expect_on_top(const OnRidges& scene) {
       const Quat turn(Eigen::AngleAxisd(random.uniform(0, kPi), axis));
       if ((i % kSide + i / kSide) % kSide != diagonal) continue;
       m.body(box, stuff, place).pose.orientation = turn;
+    }
+    for (uint32_t i = 1; i < m.model.bodies.size(); ++i) {
+      for (uint32_t j = i + 1; j < m.model.bodies.size(); ++j) {
+        m.model.kept_apart.push_back(pair_key(i, j));
+      }
     }
     const auto simulator = make_simulator(m.scene, m.model);
     const double diameter = 2 * m.model.shapes[box].bounding_radius;
@@ -126,6 +131,57 @@ TEST(Ridges, HoldSheetsOnTheirPeaks) {
 // Bars slide from slope to slope: a triangle beyond the ridge is not what they are deep in.
 TEST(Ridges, HoldSlidingBars) {
   for (const uint64_t seed : {1, 2, 3}) expect_on_top({kBar, true, true, 0, seed});
+}
+
+// Half a ball, open upwards, of triangles.
+TriangleMesh bowl(double radius, uint32_t rings) {
+  const uint32_t sectors = 4 * rings;
+  TriangleMesh mesh;
+  for (uint32_t ring = 0; ring <= rings; ++ring) {
+    const double polar = ring * kPi / 2 / rings;
+    for (uint32_t k = 0; k < sectors; ++k) {
+      const double turn = 2 * kPi * k / sectors;
+      mesh.vertices.emplace_back(radius * std::sin(polar) * std::cos(turn),
+                                 -radius * std::cos(polar),
+                                 radius * std::sin(polar) * std::sin(turn));
+      if (ring == rings) continue;
+      const uint32_t at = ring * sectors + k, next = ring * sectors + (k + 1) % sectors;
+      if (ring > 0) mesh.triangles.push_back({at, next, next + sectors});
+      mesh.triangles.push_back({at, next + sectors, at + sectors});
+    }
+  }
+  return mesh;
+}
+
+// It meets each slope before it is in it: what separates it again would lift it.
+TEST(Ridges, ABallThatSwingsInABowlGainsNoEnergy) {
+  constexpr double kBowl = 0.5, kBall = 0.05;  // m
+  for (const uint32_t rings : {32, 64}) {
+    for (const double friction : {0.0, 0.5}) {
+      SmallModel m;
+      m.scene.step_s.reset();
+      const uint32_t stuff = m.material(0, friction);
+      const uint32_t shell = m.box(Vec3::Constant(2 * kBowl)), ball = m.sphere(kBall);
+      m.model.shapes[shell].mesh = bowl(kBowl, rings);
+      m.model.shapes[shell].collides_as_mesh = true;
+      m.model.shapes[shell].pieces.clear();
+      m.body(shell, stuff, Vec3::Zero(), Role::fixed);
+      const double start = 0.38, length = kBowl - kBall;  // rad, m
+      m.body(ball, stuff, {length * std::sin(start), -length * std::cos(start) + 1e-4, 0.003});
+      const auto simulator = make_simulator(m.scene, m.model);
+      const double swing = length * (1 - std::cos(start));
+      for (int frame = 0; frame < 300; ++frame) {
+        simulator->step_frame();
+        const BodyStates& states = simulator->states();
+        const double energy =
+            states.linear_velocity[1].squaredNorm() / 2 +
+            0.2 * kBall * kBall * states.angular_velocity[1].squaredNorm() +
+            test::kGravity * (states.position[1].y() - m.model.bodies[1].pose.position.y());
+        EXPECT_LT(energy, 0.01 * test::kGravity * swing)
+            << rings << ' ' << friction << ' ' << frame;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -228,5 +228,47 @@ TEST_P(Highest, LeaveThoseBelowThemToSettleAgain) {
 INSTANTIATE_TEST_SUITE_P(Modes, Highest,
                          ::testing::Values(SimulatorMode::impulse, SimulatorMode::particle));
 
+// More than one a frame, each where the one before has just left.
+TEST(Streams, HaveTheirRateWhateverTheFrames) {
+  constexpr double kRate = 97, kSpeed = 5, kBall = 0.02;
+  constexpr double kLate = 1.01 * kSpeed / (16 * 60);  // m: a sixteenth of a frame
+  SmallModel m;
+  m.scene.step_s.reset();
+  const uint32_t material = m.material(0, 0), ball = m.sphere(kBall);
+  m.model.shapes[ball].mesh = sphere_mesh(kBall);
+  for (int i = 0; i < 60; ++i) {
+    ModelBody& body = m.body(ball, material, {0, 2, 0});
+    body.linear_velocity = {kSpeed, 0, 0};
+    body.start_s = i == 0 ? kFromTheStart : i / kRate;
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  run(*simulator, 45);
+  const BodyStates& states = simulator->states();
+  for (size_t i = 0; i < states.size(); ++i) {
+    ASSERT_TRUE((states.flags[i] & kPresent) != 0) << i;
+    EXPECT_NEAR(states.position[i].x(), kSpeed * (0.75 - static_cast<double>(i) / kRate), kLate)
+        << i;
+  }
+  EXPECT_THAT(simulator->notes(), IsEmpty());
+}
+
+TEST(Events, HappenAtTheirTime) {
+  for (const double frame_rate : {10.0, 24.0, 60.0}) {
+    SmallModel m;
+    m.scene.step_s.reset();
+    m.scene.frame_rate = frame_rate;
+    m.scene.gravity = Vec3::Zero();
+    const uint32_t box = m.box(Vec3::Constant(0.1));
+    const double mass = m.body(box, m.material(0, 0), {0, 1, 0}).mass_kg;
+    m.model.events = {{.time_s = 0.777,
+                       .kind = ModelEvent::Kind::impulse,
+                       .bodies = {0},
+                       .impulse = Vec3(mass, 0, 0)}};
+    const auto simulator = make_simulator(m.scene, m.model);
+    run(*simulator, static_cast<int>(2 * frame_rate));
+    EXPECT_NEAR(simulator->states().position[0].x(), 2 - 0.777, 1e-6) << frame_rate;
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

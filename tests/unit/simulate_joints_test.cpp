@@ -247,6 +247,27 @@ TEST(Joints, BreakAtTheirForce) {
   }
 }
 
+// A light chain with a weight at its end starts straight: all joints carry it from the first step.
+TEST(Joints, AChainThatCarriesItsWeightHoldsFromTheStart) {
+  for (const double strength : {0.9, 1.2}) {
+    Jointed m;
+    constexpr int kLinks = 10;
+    constexpr double kLink = 0.05;
+    const uint32_t link = m.cylinder(0.01, kLink), heavy = m.box({0.1, 0.1, 0.1});
+    for (int i = 0; i < kLinks; ++i) m.add(link, {0, -(i + 0.5) * kLink, 0});
+    const uint32_t weight = m.add(heavy, {0, -kLinks * kLink - 0.05, 0});
+    double all_kg = 0;
+    for (const ModelBody& body : m.model.bodies) all_kg += body.mass_kg;
+    for (uint32_t i = 0; i <= weight; ++i) {
+      m.join({.point = Vec3(0, -(i * kLink), 0), .breaking_force_n = strength * kGravity * all_kg},
+             i, i == 0 ? kWorld : i - 1);
+    }
+    const auto simulator = make_simulator(m.scene, m.model);
+    for (int frame = 0; frame < 60; ++frame) simulator->step_frame();
+    EXPECT_EQ(simulator->broken_joints().empty(), strength > 1) << strength;
+  }
+}
+
 // A released body leaves and returns; a joint that broke before does not.
 TEST(Joints, BrokenJointsStayBrokenWhenABodyIsReleased) {
   Jointed m;

@@ -24,7 +24,7 @@ void fly(Body& body, const CollisionShape& shape, const Vec3& gravity, double ti
   // The rate along the way is at most that of the same momentum about the least moment.
   const double most = turn > 0 ? moments.maxCoeff() / moments.minCoeff() : 1;
   body.moved += displacement;
-  body.turned_m += turn * most * shape.radius_m;
+  body.turned_m += turn * most * shape.turning_radius_m;
 }
 
 void wake_up(Body& body) {

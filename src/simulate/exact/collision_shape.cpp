@@ -246,6 +246,7 @@ CollisionShape::CollisionShape(const ModelShape& shape)
     surface = LazySurface(shape.mesh, shape.solid_behind);
     box = shape.mesh.bounds();
     for (const Vec3& vertex : shape.mesh.vertices) radius_m = std::max(radius_m, vertex.norm());
+    turning_radius_m = radius_m;
     return;
   }
   piece_extent_m = std::numeric_limits<double>::infinity();
@@ -259,6 +260,10 @@ CollisionShape::CollisionShape(const ModelShape& shape)
       radius_m = std::max(radius_m, vertex.norm() + made.radius_m());
     }
   }
+  constexpr double kCentred = 1e-6;  // of its radius
+  const bool is_ball = pieces.size() == 1 && pieces[0].kind() == ConvexPiece::Kind::sphere &&
+                       pieces[0].centre().norm() <= kCentred * radius_m;
+  turning_radius_m = is_ball ? 0 : radius_m;
 }
 
 }  // namespace pilesim::exact

@@ -34,6 +34,10 @@ class TriangleSurface {
   Face face(uint32_t place) const { return {tree_.corners()[place], normals_[place]}; }
   // Over the edge from each corner, in tree order; the face itself where there is none.
   const std::array<uint32_t, 3>& neighbours(uint32_t place) const { return edges_[place].over; }
+  // Whether the surface on that `side` (1 or -1) rises beyond the edge from that corner.
+  bool is_valley(uint32_t place, size_t corner, int side) const {
+    return edges_[place].ridge[corner] == -side;
+  }
   bool is_solid() const { return is_closed_ || solid_behind_; }
   // Nothing comes to a face from behind: there is no other side, as under a height field.
   bool has_one_side() const { return solid_behind_; }
@@ -101,8 +105,9 @@ struct CollisionShape {
   bool is_plane = false;  // y <= 0 in its frame
   std::vector<ConvexPiece> pieces;
   LazySurface surface;
-  Bounds box;           // m, body frame; of a plane empty
-  double radius_m = 0;  // about the origin
+  Bounds box;                   // m, body frame; of a plane empty
+  double radius_m = 0;          // about the origin
+  double turning_radius_m = 0;  // the same, but of a ball about its centre 0: it stays as it turns
   double smallest_extent_m = 0;
   double piece_extent_m = 0;     // the least of its pieces'
   Vec3 moments = Vec3::Zero();   // m^2: principal inertia of 1 kg

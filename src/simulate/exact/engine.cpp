@@ -80,6 +80,7 @@ class Engine final : public ExactEngine {
   void make_step(StageTimer& timer, const std::function<void()>& before_solver);
   void fly_on();
   void bring_back();
+  bool wake_in_step();
   void list_active();
   void forget_lists() {
     is_listed_ = false;
@@ -424,9 +425,7 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
   {
     StageTimer::Scope scope(timer, Stage::solver);
     bring_back();
-    if (rest_.wake_islands(step_s_, narrow_.touching())) {
-      exact::list_active(state_, active_);
-      bring_back();
+    while (wake_in_step()) {
     }
     for (const uint32_t i : active_) {
       Body& body = bodies_[i];
@@ -445,6 +444,15 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
     pairs_.set_aside(narrow_.still_pairs());
     std::erase_if(active_, [&](uint32_t i) { return bodies_[i].stands_still(); });
   }
+}
+
+// Whether an impact may go on through what has woken.
+bool Engine::wake_in_step() {
+  narrow_.find_thrown(filter_);
+  if (!rest_.wake_islands(step_s_, narrow_.touching(), narrow_.throws())) return false;
+  exact::list_active(state_, active_);
+  bring_back();
+  return !narrow_.throws().is_none();
 }
 
 void Engine::bring_back() {

@@ -14,6 +14,7 @@ struct SurfacePoint {
   double distance_m;  // along the normal; below 0 they overlap
   // Set by pair.cpp.
   Vec3 other_arm = Vec3::Zero();
+  double gap_m = 0;  // along the normal, at the time at which it was found
   double time_s = 0;
   bool is_round = false;
   bool is_of_b = false;  // the normal is that of a face of b

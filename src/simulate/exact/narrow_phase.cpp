@@ -29,7 +29,8 @@ NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& st
       settings_{0, gravity.norm(), &surroundings},
       gravity_(gravity),
       posed_(state.bodies.size()),
-      motion_bounds_(state.bodies.size()) {
+      motion_bounds_(state.bodies.size()),
+      throws_(shapes, state) {
   reload();
 }
 
@@ -67,6 +68,7 @@ void NarrowPhase::find(double step_s, const PairFilter& filter) {
     });
   }
   list(parts);
+  throws_.find(touching_, step_s);
 }
 
 void NarrowPhase::pose(uint32_t index) {
@@ -114,6 +116,57 @@ void NarrowPhase::list_touching() {
   for (uint32_t i = 0; i < state_.pairs.size(); ++i) {
     if (state_.pairs[i].contact_count > 0) touching_.push_back(i);
   }
+}
+
+void NarrowPhase::find_thrown(const PairFilter& filter) {
+  struct Found {
+    uint32_t pair;
+    std::vector<Contact> contacts;
+  };
+  while (!throws_.is_none()) {
+    std::vector<Found> found;
+    for (uint32_t i = 0; i < state_.pairs.size(); ++i) {
+      const Pair& pair = state_.pairs[i];
+      if (pair.contact_count > 0 || (!throws_.is_thrown(pair.a) && !throws_.is_thrown(pair.b))) {
+        continue;
+      }
+      if (!filter || filter(pair.a, pair.b)) found.push_back({i, {}});
+    }
+    parallel_for(found.size(), kPartGrain, [&](size_t begin, size_t end) {
+      for (Found& of_pair : std::span(found).subspan(begin, end - begin)) {
+        find_thrown(state_.pairs[of_pair.pair], of_pair.contacts);
+      }
+    });
+    std::erase_if(found, [](const Found& of_pair) { return of_pair.contacts.empty(); });
+    for (const auto& [i, contacts] : found) {
+      state_.pairs[i].first_contact = static_cast<uint32_t>(state_.contacts.size());
+      state_.pairs[i].contact_count = static_cast<uint32_t>(contacts.size());
+      state_.contacts.insert(state_.contacts.end(), contacts.begin(), contacts.end());
+    }
+    if (!found.empty()) list_touching();
+    if (!throws_.spread(touching_)) return;
+  }
+}
+
+// The faster one is thrown at the other; they bounce as they are.
+void NarrowPhase::find_thrown(Pair& pair, std::vector<Contact>& contacts) const {
+  const Vec3f &of_a = throws_.velocity(pair.a), &of_b = throws_.velocity(pair.b);
+  const bool is_a = of_a.squaredNorm() > of_b.squaredNorm();
+  const Vec3f thrown = is_a ? of_a : -of_b;  // of a against b
+  MotionBound bound_a = motion_bounds_[pair.a], bound_b = motion_bounds_[pair.b];
+  bound_a.velocity += thrown;
+  for (MotionBound* bound : {&bound_a, &bound_b}) {
+    bound->moved.setZero();
+    bound->turned_m = 0;
+  }
+  if (!may_touch(pair, bound_a, bound_b, settings_)) return;
+  PosedBody own_a, own_b;
+  const PosedBody &a = posed(pair.a, own_a), &b = posed(pair.b, own_b);
+  PosedBody thrown_a = a, thrown_b = b;
+  (is_a ? thrown_a : thrown_b).velocity += (is_a ? of_a : of_b).cast<double>();
+  thread_local NarrowScratch scratch;
+  find_contacts(pair, thrown_a, thrown_b, settings_, {}, contacts, scratch);
+  bounce(a, b, std::max(advanced_s_[pair.a], advanced_s_[pair.b]), contacts);
 }
 
 void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, Part& part) {
@@ -282,8 +335,29 @@ void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b, double advanced
   // All corners of a face that falls flat hit at once.
   size_t hits = 0;
   for (Contact& contact : contacts) hits += comes(contact, kAsGood) ? 1 : 0;
-  if (hits == 0 || hits == contacts.size()) return;
-  for (Contact& contact : contacts) comes(contact, 2 * kAsGood);
+  if (hits == 0) return;
+  if (hits < contacts.size()) {
+    for (Contact& contact : contacts) comes(contact, 2 * kAsGood);
+  }
+  close_gap(a, b, contacts);
+}
+
+// Levers of what collides are those of when it touches: with the gap that is left until then
+// friction would turn bodies too much. Where one body is not moved by contacts, points lie on the
+// other; else both come to where the first points touch, if all do so along the same normal.
+void NarrowPhase::close_gap(const PosedBody& a, const PosedBody& b, std::span<Contact> contacts) {
+  const Contact& first = *std::ranges::min_element(contacts, {}, &Contact::gap_m);
+  const bool both_move = a.is_moved_by_contacts && b.is_moved_by_contacts;
+  const bool is_flat = std::ranges::all_of(contacts, [&](const Contact& contact) {
+    return contact.normal.dot(first.normal) > kSamePlane;
+  });
+  if (both_move && !is_flat) return;
+  const Vec3f closed = std::max(0.0F, first.gap_m) / 2 * first.normal;
+  for (Contact& contact : contacts) {
+    const Vec3f half = std::max(0.0F, contact.gap_m) / 2 * contact.normal;
+    contact.arm_a += both_move ? -closed : b.is_moved_by_contacts ? half : -half;
+    contact.arm_b += both_move ? closed : b.is_moved_by_contacts ? half : -half;
+  }
 }
 
 }  // namespace pilesim::exact

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "simulate/exact/state.h"
+#include "simulate/exact/throws.h"
 #include "simulate/exact_engine.h"
 
 namespace pilesim::exact {
@@ -24,6 +25,10 @@ class NarrowPhase {
 
   // Lists touching() again, when pairs have come or gone since.
   void list_touching();
+  // Adds contacts of pairs that have none yet, with bodies that impacts of this step may throw at
+  // others.
+  void find_thrown(const PairFilter& filter);
+  const Throws& throws() const { return throws_; }
 
   // The number of pairs of bodies that stand still, in the last find().
   size_t still_pairs() const { return still_pairs_; }
@@ -50,8 +55,10 @@ class NarrowPhase {
   void pose(uint32_t body);
   MotionBound still(uint32_t body) const;
   const PosedBody& posed(uint32_t body, PosedBody& own) const;
+  void find_thrown(Pair& pair, std::vector<Contact>& contacts) const;
   void bounce(const PosedBody& a, const PosedBody& b, double advanced_s,
               std::span<Contact> contacts) const;
+  static void close_gap(const PosedBody& a, const PosedBody& b, std::span<Contact> contacts);
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
 
   std::span<const CollisionShape> shapes_;
@@ -68,6 +75,7 @@ class NarrowPhase {
   std::vector<uint32_t> touching_;
   size_t still_pairs_ = 0;
   std::vector<Part> parts_;
+  Throws throws_;
 };
 
 }  // namespace pilesim::exact

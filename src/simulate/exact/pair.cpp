@@ -33,6 +33,8 @@ class Finder {
         shape_b_(*b.shape),
         scratch_(scratch),
         step_s_(settings.step_s),
+        is_of_one_piece_(!shape_a_.surface && shape_a_.pieces.size() == 1 &&
+                         shape_b_.pieces.size() == 1),
         small_(smaller_extent(shape_a_, shape_b_)),
         around_a_(settings.surroundings->of(pair.a)),
         around_b_(settings.surroundings->of(pair.b)) {
@@ -98,6 +100,7 @@ class Finder {
       contact.arm_b = point.other_arm.cast<float>();
       contact.normal = point.normal.cast<float>();
       contact.distance_m = static_cast<float>(point.distance_m);
+      contact.gap_m = static_cast<float>(point.gap_m);
       contact.time_s = static_cast<float>(point.time_s);
       contact.is_round = point.is_round;
       contact.is_of_b = point.is_of_b;
@@ -161,25 +164,35 @@ class Finder {
     const double reach_m = reach_.along(now.normal);
     if (!now.is_exact || now.distance_m > reach_m) return now.distance_m;
     const size_t first = scratch_.all.size();
-    if (!is_fast(now.normal) || now.distance_m <= near_m_) {
+    const bool fast = is_fast(now.normal);
+    // The normal of round sides turns as they pass each other: it is that of the impact.
+    const bool turns = is_round && is_of_one_piece_;
+    const double close_m = turns ? 0.1 * kResolution * small_ : near_m_;
+    const auto touch_now = [&] {
       touch(b_in_a_, now, reach_m);
       add_contacts(first, 0, is_round);
+    };
+    if (now.distance_m <= close_m || !(fast || turns)) {
+      touch_now();
       return now.distance_m;
     }
     // Conservative advancement: on by times in which nothing can touch.
     Separation then = now;
     double t = 0;
-    for (int i = 0; i < kMostAdvances && then.distance_m > near_m_; ++i) {
+    for (int i = 0; i < kMostAdvances && then.distance_m > close_m && t < step_s_; ++i) {
       const Vec3 normal = turn_a_ * then.normal;
       const double closing = normal.dot(a_.velocity - b_.velocity) + turning_;
       if (closing <= 0) break;
-      t += (then.distance_m - near_m_ / 2) / closing;
-      if (t > step_s_) break;
-      then = look(relative_at(t), near_m_);
+      t = std::min(step_s_, t + (then.distance_m - close_m / 2) / closing);
+      then = look(relative_at(t), t < step_s_ || fast ? close_m : reach_m);
     }
-    if (t <= step_s_ && then.is_exact && then.distance_m <= near_m_) {
-      touch(relative_at(t), then, near_m_ + kContactMargin * small_);
+    // Those that pass each other, or meet in the next step, may yet be pushed together in this one.
+    const double most_m = fast ? near_m_ : reach_m;
+    if (then.is_exact && then.distance_m <= most_m) {
+      touch(relative_at(t), then, most_m + kContactMargin * small_);
       add_contacts(first, t, is_round);
+      // Bodies that move by little are not moved there.
+      for (size_t i = first; i < scratch_.all.size() && !fast; ++i) scratch_.all[i].time_s = 0;
     }
     relative_at(0);  // for the next pieces
     return now.distance_m;
@@ -252,7 +265,7 @@ class Finder {
           if (is_away || !beside.is_exact) scratch_.all.pop_back();
         });
     pieces.bound_m = static_cast<float>(distance);
-    if (shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
+    if (is_of_one_piece_) {
       pair_.toward = (turn_a_ * pieces.axis.cast<double>()).cast<float>();
     }
   }
@@ -545,7 +558,7 @@ class Finder {
     size_t kept = first;
     for (size_t i = first; i < scratch_.all.size(); ++i) {
       const SurfacePoint& point = scratch_.all[i];
-      if (is_corrected && !is_over(face, point.place)) continue;
+      if (is_corrected && !is_over(pieces, face, point)) continue;
       if (is_beside && point.normal.dot(separation.normal) < 1 - 1e-6) continue;
       scratch_.all[kept++] = point;
     }
@@ -553,11 +566,19 @@ class Finder {
                        scratch_.all.end());
   }
 
-  static bool is_over(const TriangleSurface::Face& face, const Vec3& point) {
+  // Over the triangle, or coming to it within the step across the bottom of a valley: without that
+  // contact a body would be in the other slope before it meets it.
+  bool is_over(const PiecePair& pieces, const TriangleSurface::Face& face,
+               const SurfacePoint& point) const {
     for (size_t k = 0; k < 3; ++k) {
       const Vec3 side = face.corners[(k + 1) % 3] - face.corners[k];
-      const Vec3 outward = side.cross(face.normal);
-      if (outward.dot(point - face.corners[k]) > 1e-6 * side.squaredNorm()) return false;
+      const Vec3 outward = side.cross(face.normal);  // as long as the edge
+      const double beyond = outward.dot(point.place - face.corners[k]);
+      if (beyond <= 1e-6 * side.squaredNorm()) continue;
+      const bool comes = point.distance_m > 0 &&
+                         shape_a_.surface->is_valley(pieces.a, k, pieces.side) &&
+                         beyond <= -outward.dot(turn_a_.transpose() * displacement_);
+      if (!comes) return false;
     }
     return true;
   }
@@ -567,7 +588,7 @@ class Finder {
     const double margin = kListMargin * std::min(shape_b_.smallest_extent_m,
                                                  shape_a_.surface ? shape_b_.smallest_extent_m
                                                                   : shape_a_.smallest_extent_m);
-    if (!shape_a_.surface && shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
+    if (is_of_one_piece_) {
       pair_.list_bound_m = std::numeric_limits<float>::infinity();
       if (pair_.pieces.empty()) pair_.pieces.push_back({});
       return;
@@ -698,6 +719,7 @@ class Finder {
       const Vec3 place = position_a_ + turn_a_ * point.place;
       point.normal = turn_a_ * point.normal;
       const Vec3 arm_a = place - position_a_, arm_b = place - position_b_;
+      point.gap_m = point.distance_m;
       if (t > 0) {
         const Vec3 parting =
             b_.velocity + b_.spin.cross(arm_b) - a_.velocity - a_.spin.cross(arm_a);
@@ -755,6 +777,7 @@ class Finder {
   const CollisionShape& shape_b_;
   NarrowScratch& scratch_;
   double step_s_;
+  bool is_of_one_piece_;  // each body is
   Mat3 turn_a_;
   Relative b_in_a_;
   Vec3 position_a_, position_b_;  // as relative_at() has left them
@@ -816,6 +839,7 @@ bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
     contact.normal = normal.cast<float>();
     contact.distance_m =
         static_cast<float>(old.found_distance_m + normal.dot(turned.cross(arm_b) + shifted));
+    contact.gap_m = contact.distance_m;
     contact.friction_n -= contact.friction_n.dot(contact.normal) * contact.normal;
     contact.bounce = contact.impact_s = 0;
     contact.hits = false;

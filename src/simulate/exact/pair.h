@@ -24,6 +24,7 @@ struct Contact {
   float bounce = 0;    // m/s: the speed at which they are to part; below 0: at which they come yet
   float time_s = 0;    // from the step's begin until they are as the arms say
   float impact_s = 0;  // of a bounce: from what the arms say until the bodies touch; not kept
+  float gap_m = 0;     // distance as the arms say; not kept
   bool hits = false;   // bodies meet hard in this step
   bool is_round = false;  // a side that rolls on: turning about its axis moves no surface
   // As it was found; see reuse_contacts().
@@ -96,7 +97,7 @@ struct PosedBody {
         is_moved_by_contacts(body.moves == Moves::by_contacts) {}
 
   static double turning_m_s_of(const Body& body, const CollisionShape& shape) {
-    return body.spin.isZero(0) ? 0 : body.spin.norm() * shape.radius_m;
+    return body.spin.isZero(0) ? 0 : body.spin.norm() * shape.turning_radius_m;
   }
 
   const CollisionShape* shape = nullptr;

@@ -92,13 +92,13 @@ bool PairList::renew(uint32_t i, double step_s, double gravity) {
   const CollisionShape& shape = shapes_[body.shape];
   const Bounds tight = box_of(shape, body);
   WideBox renewed;
-  if (!body.may_move()) {
+  if (!body.may_move() && body.moves != Moves::by_contacts) {
     renewed = WideBox::around(tight, body.position, shape.radius_m);
     if (!is_fresh && box.holds(renewed)) return false;
   } else {
     const Vec3 displacement = step_s * body.velocity;
     const double fall = step_s * step_s * gravity;
-    const double turning = step_s * body.spin.norm() * shape.radius_m;
+    const double turning = step_s * body.spin.norm() * shape.turning_radius_m;
     const double extent = shape.smallest_extent_m;
     // After so many steps, and so much wider.
     const auto reached = [&](double steps, double margin) {

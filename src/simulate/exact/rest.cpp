@@ -41,33 +41,17 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
   }
 }
 
-double Rest::closing_speed(const Pair& pair, const Contact& contact) const {
-  return contact.normal.cast<double>().dot(
-      velocity_at(bodies_[pair.a], contact.arm_a.cast<double>()) -
-      velocity_at(bodies_[pair.b], contact.arm_b.cast<double>()));
-}
-
-// m/s, of what is awake towards what sleeps.
-double Rest::hardest_hit(std::span<const uint32_t> touching) const {
-  double fastest = 0;
-  for (const uint32_t t : touching) {
-    const Pair& pair = state_.pairs[t];
-    if (bodies_[pair.a].asleep == bodies_[pair.b].asleep) continue;
-    for (const Contact& contact : state_.contacts_of(pair)) {
-      fastest = std::max(fastest, closing_speed(pair, contact));
-    }
-  }
-  return fastest;
-}
-
-// Whether they come as near as `reach_m`, now or within the step.
-bool Rest::touches(const Pair& pair, std::span<const Contact> contacts, double reach_m) const {
+// Whether they touch, now or within the step.
+bool Rest::touches(const Pair& pair, std::span<const Contact> contacts,
+                   const Throws& throws) const {
   const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-  const auto near = static_cast<float>(
-      kResolution * smaller_extent(shapes_[a.shape], shapes_[b.shape]) + reach_m);
+  const double near_m = kResolution * smaller_extent(shapes_[a.shape], shapes_[b.shape]);
   return std::ranges::any_of(contacts, [&](const Contact& contact) {
-    if (contact.distance_m <= near || contact.normal_force_n > 0) return true;
-    return contact.distance_m <= near + closing_speed(pair, contact) * step_s_;
+    if (contact.distance_m <= near_m || contact.normal_force_n > 0) return true;
+    const Vec3 normal = contact.normal.cast<double>();
+    const double closing = normal.dot(velocity_at(a, contact.arm_a.cast<double>()) -
+                                      velocity_at(b, contact.arm_b.cast<double>()));
+    return contact.distance_m <= near_m + (closing + throws.closing_speed(pair, contact)) * step_s_;
   });
 }
 
@@ -96,11 +80,8 @@ bool Rest::wake_driven() {
   return any;
 }
 
-bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
+bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching, const Throws& throws) {
   step_s_ = step_s;
-  // Sleeping bodies are in each other's way when an impulse passes through a row of them within the
-  // step: so far does it move one, as a light body leaves a heavy one at twice its speed.
-  const double passed_m = 2 * hardest_hit(touching) * step_s;
   const auto runs = [&](uint32_t i) {  // a surface that moves
     const Body& body = bodies_[i];
     return runs_[i] != 0 ||
@@ -116,12 +97,10 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
       const Pair& pair = state_.pairs[touching[i]];
       const bool of_a = joins(pair.a), of_b = joins(pair.b);
       const bool matters = (of_a && of_b) || (of_a && runs(pair.b)) || (of_b && runs(pair.a));
-      const bool both_sleep = bodies_[pair.a].asleep && bodies_[pair.b].asleep;
-      const double reach_m = both_sleep ? passed_m : 0;
-      links_[i] = !matters || !touches(pair, state_.contacts_of(pair), reach_m) ? Link::none
-                  : of_a && of_b                                                ? Link::both
-                  : of_a                                                        ? Link::a_on_b
-                                                                                : Link::b_on_a;
+      links_[i] = !matters || !touches(pair, state_.contacts_of(pair), throws) ? Link::none
+                  : of_a && of_b                                               ? Link::both
+                  : of_a                                                       ? Link::a_on_b
+                                                                               : Link::b_on_a;
     }
   });
   for (size_t i = 0; i < touching.size(); ++i) {
@@ -149,8 +128,8 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   parallel_for(resting.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Pair& pair = resting[i];
-      const bool joined = joins(pair.a) && joins(pair.b) &&
-                          touches(pair, state_.resting.contacts_of(pair), passed_m);
+      const bool joined =
+          joins(pair.a) && joins(pair.b) && touches(pair, state_.resting.contacts_of(pair), throws);
       links_[i] = joined ? Link::both : Link::none;
     }
   });

@@ -8,6 +8,7 @@
 
 #include "core/disjoint_sets.h"
 #include "simulate/exact/state.h"
+#include "simulate/exact/throws.h"
 
 namespace pilesim::exact {
 
@@ -21,9 +22,9 @@ class Rest {
   // Wakes bodies that began asleep at a motor or near a surface that runs, before contacts are
   // found: none of theirs are known yet. Whether anything was woken. Asked once others have come.
   bool wake_driven();
-  // With the contacts of a step of `step_s`, which the pairs `touching` have. Whether anything was
-  // woken.
-  bool wake_islands(double step_s, std::span<const uint32_t> touching);
+  // With the contacts of a step of `step_s`, which the pairs `touching` have; sleeping bodies are
+  // in the way of those that impacts throw at them. Whether anything was woken.
+  bool wake_islands(double step_s, std::span<const uint32_t> touching, const Throws& throws);
   // A joint, or the partner while contacts are solved, carries the body.
   void carry(uint32_t body);
   // Once they are solved.
@@ -44,9 +45,7 @@ class Rest {
            rest_depth_m = 0, wedged_depth_m = 0;
     Vec3 rest_reach = Vec3::Zero();  // m, principal axes: speeds of the rim for 1 rad/s
   };
-  double closing_speed(const Pair& pair, const Contact& contact) const;
-  double hardest_hit(std::span<const uint32_t> touching) const;
-  bool touches(const Pair& pair, std::span<const Contact> contacts, double reach_m) const;
+  bool touches(const Pair& pair, std::span<const Contact> contacts, const Throws& throws) const;
   bool joins(uint32_t body) const;
   void link(uint32_t a, uint32_t b);
   void carry_along(uint32_t body);

@@ -44,7 +44,7 @@ double StepChoice::longest_s(double most_s) const {
   for (const uint32_t i : active_) {
     const Body& body = state_.bodies[i];
     const CollisionShape& shape = shapes_[body.shape];
-    const double speed = body.velocity.norm() + body.spin.norm() * shape.radius_m;
+    const double speed = body.velocity.norm() + body.spin.norm() * shape.turning_radius_m;
     speeds[i] = static_cast<float>((1 + 1e-6) * speed);
     if (body.is_awake()) least_m = std::min(least_m, shape.smallest_extent_m);
   }
@@ -60,7 +60,7 @@ double StepChoice::longest_s(double most_s) const {
       }
     }
     const auto turning = [&](const Body& body) {
-      return body.spin.isZero(0) ? 0 : body.spin.norm() * shapes_[body.shape].radius_m;
+      return body.spin.isZero(0) ? 0 : body.spin.norm() * shapes_[body.shape].turning_radius_m;
     };
     const Vec3 velocity = b.velocity - a.velocity;
     const double turning_m_s = turning(a) + turning(b);

@@ -25,11 +25,7 @@ SolverSettings settings_of(const Scene& scene, const Model& model) {
                           .gravity = scene.gravity,
                           .shared_sweeps = scene.simulator.solver_iterations};
   const double gravity = scene.gravity.norm();
-  double least_radius = std::numeric_limits<double>::infinity();
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    least_radius = std::min(least_radius, model.shapes[body.shape].bounding_radius);
-  }
+  const double least_radius = least_radius_m(model);
   if (gravity > 0 && std::isfinite(least_radius)) {
     settings.push_time_s = kPushTime * std::sqrt(least_radius / gravity);
     settings.push_speed = kPushSpeed * std::sqrt(least_radius * gravity);
@@ -54,6 +50,10 @@ int substeps_for(double step_s, double rate2) {
     substeps += is_power ? substeps / 2 : substeps / 3;
   }
   return substeps;
+}
+
+bool is_new(const Joint& joint) {
+  return !joint.is_glue && joint.force_n.isZero(0) && joint.torque_nm.isZero(0);
 }
 
 }  // namespace
@@ -199,15 +199,34 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
   for (const uint32_t i : movers_) loads_[i] = 0;
   // A torque counts as the force that moves the surface of a ball as much. Joints are bilateral:
   // their loads count at once.
-  for (const Joint& joint : state_.joints) {
+  const std::vector<double> hanging_kg = find_hanging();
+  for (size_t i = 0; i < state_.joints.size(); ++i) {
+    const Joint& joint = state_.joints[i];
     const double radius_m = shape_of(joint.a).radius_m;
     const double torque_nm = joint.torque_nm.norm() + std::abs(joint.limit_nm);
-    add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b,
-        joint.force_n.norm() + 2.5 * torque_nm / radius_m, kJointRate, 1);
+    const double force_n = is_new(joint) ? gravity * hanging_kg[i] : joint.force_n.norm();
+    add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b, force_n + 2.5 * torque_nm / radius_m,
+        kJointRate, 1);
   }
   for (const uint32_t i : movers_) {
     bodies_[i].load_rate2 = std::max(bodies_[i].load_rate2, loads_[i]);
   }
+}
+
+// For each joint that has not been solved yet, the mass of all that is joined with it, kg: so much
+// it may come to carry at once. Empty: there is none.
+std::vector<double> StepSolver::find_hanging() const {
+  std::vector<double> hanging_kg;
+  if (std::ranges::none_of(state_.joints, is_new)) return hanging_kg;
+  DisjointSets joined;
+  joined.reset(bodies_.size());
+  for (const Joint& joint : state_.joints) {
+    if (joint.b != Joint::kWorld) joined.unite(joint.a, joint.b);
+  }
+  std::vector<double> mass_kg(bodies_.size(), 0);
+  for (uint32_t i = 0; i < bodies_.size(); ++i) mass_kg[joined.find(i)] += bodies_[i].mass_kg;
+  for (const Joint& joint : state_.joints) hanging_kg.push_back(mass_kg[joined.find(joint.a)]);
+  return hanging_kg;
 }
 
 // Its loads, and what a body that carries nothing needs to be stopped well.
@@ -476,7 +495,7 @@ void StepSolver::take_over_bodies() {
       body.position += solved.displacement;
       body.orientation = (solved.turn * body.orientation).normalized();
       body.moved += solved.displacement;
-      body.turned_m += 2 * solved.turn.vec().norm() * shape_of(index).radius_m;
+      body.turned_m += 2 * solved.turn.vec().norm() * shape_of(index).turning_radius_m;
     }
   });
 }

@@ -49,6 +49,7 @@ class StepSolver {
   struct Group;
   void list_bodies(std::span<const uint32_t> touching, bool has_partner);
   void find_loads(std::span<const uint32_t> touching);
+  std::vector<double> find_hanging() const;
   double rate2(uint32_t body) const;
   std::vector<Group> group(std::span<const uint32_t> touching, bool has_partner);
   void solve(const Group& group, std::span<const double> advanced_s);
