@@ -81,7 +81,7 @@ bool ProblemLog::is_sound_itself(const Path& path) const {
 
 namespace {
 
-// What other tools call it, and what it is called here.
+// A word of other tools, and ours.
 constexpr std::pair<std::string_view, std::string_view> kOtherWords[] = {
     {"active", "dynamic"},
     {"animated", "kinematic"},

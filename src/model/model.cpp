@@ -574,7 +574,7 @@ double least_radius_m(const Model& model) {
 void choose_fixed_step(Scene& scene, const Model& model) {
   const double gravity = scene.gravity.norm();
   if (scene.step_s || scene.simulator.mode == SimulatorMode::impulse || gravity == 0) return;
-  // Of sqrt(r / g): with longer ones a body at rest falls, in a step, as fast as bodies collide
+  // In sqrt(r / g): with longer ones a body at rest falls, in a step, as fast as bodies collide
   // (sphere_constants.h).
   constexpr double kLongestStep = 0.25;
   const double longest_s = kLongestStep * std::sqrt(least_radius_m(model) / gravity);
