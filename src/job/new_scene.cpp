@@ -140,8 +140,9 @@ void size_bin(const Measured& body, int count, const std::array<int, 2>& picture
   values["bin"] = number(side);
   values["depth"] = number(depth);
   values["wall"] = number(wall);
-  // As low as the rim allows: bodies that fall far bounce out.
-  set_mouth(body, 0.5 * side - 1.2 * r, centre, values);
+  // As low as the rim allows, and well within it: bodies that fall far, or onto others near the
+  // rim, bounce out.
+  set_mouth(body, std::max(0.1 * r, 0.5 * side - 1.6 * r), centre, values);
   // High enough that the near wall hides little; bin and emitter are both in the picture.
   const Vec3 direction = Vec3(0.45, 1.4, 0.9).normalized();
   std::vector<Vec3> corners;

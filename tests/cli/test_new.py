@@ -102,7 +102,7 @@ class New(CommandTest):
 
     def test_a_guide_that_is_left_says_so(self):
         self.succeed("new", "guide", ASSETS / "box.obj", "--count", "60", "-o", "tower.json")
-        result = self.succeed("direct-pile", "tower.json", "-o", "out", "--set", "/duration_s=2",
+        result = self.succeed("direct-pile", "tower.json", "-o", "out", "--set", "/duration_s=4",
                               "--set", "/guide/control=false", "--set", "/materials/body/friction=0",
                               "--set", "/materials/ground/friction=0")
         self.assertIn("the pile has not kept its shape", result.stdout + result.stderr)

@@ -92,7 +92,7 @@ bool PairList::renew(uint32_t i, double step_s, double gravity) {
   const CollisionShape& shape = shapes_[body.shape];
   const Bounds tight = box_of(shape, body);
   WideBox renewed;
-  if (!body.may_move() && body.moves != Moves::by_contacts) {
+  if (!body.may_move() && !body.asleep) {
     renewed = WideBox::around(tight, body.position, shape.radius_m);
     if (!is_fresh && box.holds(renewed)) return false;
   } else {
