@@ -592,8 +592,8 @@ struct Scene {
   Until until = Until::duration;
   double frame_rate = 60;  // frames a second, > 0
   // Longest step; a frame takes the fewest equal steps that fit. None: the impulse mode chooses it
-  // from the state in each step, the other modes take
-  // kFixedStep, or less for small bodies (choose_fixed_step()).
+  // from the state in each step, the other modes take kFixedStep, or less for small bodies
+  // (choose_fixed_step()).
   std::optional<double> step_s;
   // Penetration at rest that the automatic step and the substeps allow, in D; 20 times that at an
   // impact. 1e-5 .. 0.1

@@ -52,7 +52,7 @@ int substeps_for(double step_s, double rate2) {
   return substeps;
 }
 
-bool is_new(const Joint& joint) {
+bool carries_nothing(const Joint& joint) {
   return !joint.is_glue && joint.force_n.isZero(0) && joint.torque_nm.isZero(0);
 }
 
@@ -204,7 +204,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
     const Joint& joint = state_.joints[i];
     const double radius_m = shape_of(joint.a).radius_m;
     const double torque_nm = joint.torque_nm.norm() + std::abs(joint.limit_nm);
-    const double force_n = is_new(joint) ? gravity * hanging_kg[i] : joint.force_n.norm();
+    const double force_n = carries_nothing(joint) ? gravity * hanging_kg[i] : joint.force_n.norm();
     add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b, force_n + 2.5 * torque_nm / radius_m,
         kJointRate, 1);
   }
@@ -213,11 +213,11 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
   }
 }
 
-// For each joint that has not been solved yet, the mass of all that is joined with it, kg: so much
-// it may come to carry at once. Empty: there is none.
+// For each joint the mass of all that is joined with it, kg: one that carries nothing, as before
+// its first step, may come to carry so much at once. Empty: there is none.
 std::vector<double> StepSolver::find_hanging() const {
   std::vector<double> hanging_kg;
-  if (std::ranges::none_of(state_.joints, is_new)) return hanging_kg;
+  if (std::ranges::none_of(state_.joints, carries_nothing)) return hanging_kg;
   DisjointSets joined;
   joined.reset(bodies_.size());
   for (const Joint& joint : state_.joints) {

@@ -14,13 +14,13 @@ Throws::Throws(std::span<const CollisionShape> shapes, const EngineState& state)
     : shapes_(shapes),
       state_(state),
       velocities_(state.bodies.size(), Vec3f::Zero()),
-      masses_(state.bodies.size(), 0) {}
+      behind_kg_(state.bodies.size(), 0) {}
 
 void Throws::find(std::span<const uint32_t> touching, double step_s) {
   step_s_ = step_s;
   for (const uint32_t body : thrown_) {
     velocities_[body].setZero();
-    masses_[body] = 0;
+    behind_kg_[body] = 0;
   }
   thrown_.clear();
   for (const uint32_t t : touching) {
@@ -60,7 +60,7 @@ void Throws::meet(const Pair& pair, const Contact& contact, double closing_m_s) 
   const double bounced =
       1 + std::sqrt(state_.bodies[pair.a].restitution * state_.bodies[pair.b].restitution);
   const auto give_to = [&](uint32_t body, uint32_t other, const Vec3f& direction) {
-    const double mass = state_.bodies[body].mass_kg, behind = mass_of(other) + masses_[other];
+    const double mass = state_.bodies[body].mass_kg, behind = mass_of(other) + behind_kg_[other];
     const auto share = [&](double of) { return std::isinf(of) ? 1 : of / (of + mass); };
     const double speed = closing_m_s * std::max(bounced * share(mass_of(other)), share(behind));
     give(body, static_cast<float>(speed) * direction, behind);
@@ -75,7 +75,7 @@ double Throws::mass_of(uint32_t index) const {
 }
 
 // To sleepers. The fastest counts, and nothing below the resolution of contacts.
-void Throws::give(uint32_t index, const Vec3f& velocity, double behind_kg) {
+void Throws::give(uint32_t index, const Vec3f& velocity, double mass_behind_kg) {
   const Body& body = state_.bodies[index];
   if (!body.asleep || body.put_to_sleep) return;
   const double speed = velocity.norm();
@@ -84,7 +84,7 @@ void Throws::give(uint32_t index, const Vec3f& velocity, double behind_kg) {
   if (speed * step_s_ <= resolution_m || speed <= (1 + kAsGood) * fastest.norm()) return;
   if (fastest.isZero(0)) thrown_.push_back(index);
   fastest = velocity;
-  masses_[index] = behind_kg;
+  behind_kg_[index] = mass_behind_kg;
   has_grown_ = true;
 }
 

@@ -28,14 +28,14 @@ class Throws {
 
  private:
   void meet(const Pair& pair, const Contact& contact, double closing_m_s);
-  void give(uint32_t body, const Vec3f& velocity, double behind_kg);
+  void give(uint32_t body, const Vec3f& velocity, double mass_behind_kg);
   double mass_of(uint32_t body) const;  // kg; infinite if contacts do not move it
 
   std::span<const CollisionShape> shapes_;
   const EngineState& state_;
   double step_s_ = 0;
   std::vector<Vec3f> velocities_;  // by body
-  std::vector<double> masses_;     // kg, by body: of those that push it from behind
+  std::vector<double> behind_kg_;  // kg, by body: of those that push it from behind
   std::vector<uint32_t> thrown_;   // those that have one
   bool has_grown_ = false;
 };
