@@ -310,7 +310,8 @@ class CollectionTest(CommandTest):
         before, *later = (job.poses(f"{i}.npz")["position"][:, 1:] for i in (1, 2, 3))  # without the ground
         for after, left in zip(later, (3, 1)):
             lowest = numpy.sort(before[-1, :, 1])[:left]
-            numpy.testing.assert_allclose(numpy.sort(after[0, :, 1]), lowest)
+            # Places on disk are singles about an origin that each run has of its own, within 1 m here.
+            numpy.testing.assert_allclose(numpy.sort(after[0, :, 1]), lowest, rtol=0, atol=numpy.finfo("float32").eps)
             before = after
         keys = [sample["key"] for sample in pilesim_batch.Samples(self.dir / "out")]
         self.assertEqual(len(keys), 6)

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
+#include "core/philox.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
@@ -56,6 +59,38 @@ TEST(ExactRest, ASlabOnLightLegsStandsStill) {
       const Vec3 drift = states.position[i] - m.model.bodies[i].pose.position;
       EXPECT_LT(drift.norm(), 5e-4) << ratio;  // 0.01 of a leg's width
       EXPECT_GT((states.orientation[i] * Vec3::UnitY()).y(), std::cos(radians(0.1))) << ratio;
+    }
+  }
+}
+
+// A hull that rocks loses speed at each edge that it falls on. Where one has no contact as it comes
+// down, the hull penetrates there, and what separates it again drives it on.
+TEST(ExactRest, HullsThatRockComeToRest) {
+  for (const bool is_box : {false, true}) {
+    for (const double step_s : {0.0, 1 / 60.0}) {
+      SCOPED_TRACE(std::string(is_box ? "box, " : "plane, ") + std::to_string(step_s));
+      Philox random(1, Stream::test, 0);
+      SmallModel m;
+      m.scene.step_s.reset();
+      if (step_s > 0) m.scene.step_s = step_s;
+      const uint32_t material = m.material(0.1, 0.6);
+      if (is_box) {
+        m.body(m.box({60, 1, 60}), material, {0, -0.5, 0}, Role::fixed);
+      } else {
+        m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+      }
+      for (int i = 0; i < 36; ++i) {
+        std::vector<Vec3> bowl;  // with a flat top
+        for (int k = 0; k < 40; ++k) {
+          const double x = random.uniform(-0.15, 0.15), z = random.uniform(-0.15, 0.15);
+          bowl.emplace_back(x, 1.5 * (x * x + z * z), z);
+          bowl.emplace_back(x, 0.1, z);
+        }
+        m.body(m.hull(bowl), material, {2.0 * (i % 6), 0.2, 2.0 * (i / 6)}).angular_velocity =
+            2 * random.direction();
+      }
+      const auto simulator = make_simulator(m.scene, m.model);
+      EXPECT_EQ(run(*simulator, 600).bodies_awake, 0);
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/philox.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
@@ -404,6 +405,48 @@ TEST(Impacts, AnObliqueOneOfBallsIsAlongTheirCentres) {
         EXPECT_LT((states.linear_velocity[0] + given - Vec3(speed, 0, 0)).norm(), 0.002 * speed)
             << restitution << ' ' << speed << ' ' << degrees;
       }
+    }
+  }
+}
+
+// An open box of thin walls.
+uint32_t crate(SmallModel& m, double size, double wall) {
+  const uint32_t index = m.box(Vec3::Constant(size));
+  ModelShape& shape = m.model.shapes[index];
+  shape.pieces.clear();
+  const double beside = (size - wall) / 2;
+  const auto add = [&](const Vec3& centre, const Vec3& sides) {
+    shape.pieces.push_back({CollisionPiece::Kind::box, {centre, Quat::Identity()}, sides, {}});
+  };
+  add({0, -beside, 0}, {size, wall, size});
+  for (const double side : {-beside, beside}) {
+    add({side, 0, 0}, {wall, size, size});
+    add({0, 0, side}, {size, size, wall});
+  }
+  return index;
+}
+
+// Bodies that hook into each other: not all of their contacts can bounce, and they are deeper in
+// each other than their walls are thick. No body becomes faster than by its fall and by the speed
+// at which overlaps are undone.
+TEST(Impacts, BodiesThatStartInOthersDoNotBurst) {
+  Philox random(1, Stream::test, 0);
+  SmallModel m;
+  m.scene.step_s.reset();
+  const uint32_t material = m.material(0.3, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  const uint32_t shape = crate(m, 1, 0.02);
+  for (int i = 0; i < 48; ++i) {
+    const Vec3 place(0.8 * (i % 4), 1 + 0.8 * (i / 16), 0.8 * (i / 4 % 4));
+    m.body(shape, material, place).pose.orientation = random.rotation();
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  const double by_fall = std::sqrt(2 * test::kGravity * 3),
+               by_overlaps = 5 * std::sqrt(test::kGravity);
+  for (int frame = 0; frame < 240; ++frame) {
+    simulator->step_frame();
+    for (const Vec3& velocity : simulator->states().linear_velocity) {
+      ASSERT_LT(velocity.norm(), by_fall + by_overlaps) << frame;
     }
   }
 }

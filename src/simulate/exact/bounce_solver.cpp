@@ -32,6 +32,13 @@ void ContactSolver::solve_impacts(const SolverSettings& settings,
   for (int round = 1; round <= kImpactRounds; ++round) {
     const std::vector<Motion> before = motions_;
     converge();
+    find_gains(before);
+    if (forbid_bounces()) {
+      motions_ = before;
+      converge();
+      find_gains(before);
+    }
+    cancel_gains(before);
     sum_impulses(before);
     move_back(before);
     for_blocks(
@@ -39,6 +46,88 @@ void ContactSolver::solve_impacts(const SolverSettings& settings,
     if (std::ranges::none_of(blocks_, &Block::has_impacts)) break;
   }
   for_blocks([&](size_t, Block& block) { forgive_bounces(block); });
+}
+
+// How much more energy the impulses have given each island than the step's gravity can, twice that
+// in J. Where bodies hook into each other, or one is wedged between others, not all contacts can
+// bounce: the impulses for that grow from sweep to sweep.
+void ContactSolver::find_gains(std::span<const Motion> before) {
+  using L = Lanes<T>;
+  constexpr double kGain = 0.01;  // less is what sweeps have left undone
+  find_impact_islands(0);
+  std::vector<uint8_t> is_counted(motions_.size(), 0);
+  const auto allowed = [&](uint32_t body) {
+    const auto& inverse = inverse_[body].v;
+    const T mass = 1 / inverse[6], inertia = 3 / (inverse[0] + inverse[1] + inverse[2]);
+    double sum = 0;
+    for (const Motion* motion : {&before[body], static_cast<const Motion*>(&motions_[body])}) {
+      const Eigen::Map<const V3> velocity(motion->v.data()), spin(motion->v.data() + 3);
+      const double energy = mass * velocity.squaredNorm() + inertia * spin.squaredNorm();
+      sum += kGain * energy + 4 * least_impact_ * std::sqrt(mass * energy);
+    }
+    return sum + 4 * mass * least_impact_ * least_impact_;
+  };
+  for (const uint32_t m : reached_blocks_) {
+    const Block& block = blocks_[m];
+    const Lanes3<T> between = load3<T>(block.between);
+    const Gathered then = gather(block, before), now = gather(block, motions_);
+    L gained(T{0});
+    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+      const Lanes3<T> arm_a = load3<T>(points_[p].arm), arm_b = arm_a + between;
+      const Lanes3<T> given =
+          add_scaled(load3<T>(impulses_[p].friction), L::load(impulses_[p].push.data()),
+                     load3<T>(points_[p].normal));
+      gained =
+          gained + dot(given, relative<T>(then, arm_a, arm_b) + relative<T>(now, arm_a, arm_b));
+    }
+    Row gains;
+    gained.store(gains.data());
+    for (size_t i = 0; i < kLanes; ++i) {
+      if (!(block.reached[i] > 0)) continue;
+      ImpactIsland& island = impact_island(block, i);
+      island.gained += gains[i];
+      for (const uint32_t body : {block.a[i], block.b[i]}) {
+        if (body >= moving_ || is_counted[body] != 0) continue;
+        is_counted[body] = 1;
+        island.gained -= allowed(body);
+      }
+    }
+  }
+}
+
+// By visit(block, lane) of each contact of islands that have gained.
+template <typename Visit>
+void ContactSolver::for_gains(const Visit& visit) {
+  for (const uint32_t m : reached_blocks_) {
+    Block& block = blocks_[m];
+    for (size_t i = 0; i < kLanes; ++i) {
+      if (block.reached[i] > 0 && impact_island(block, i).gained > 0) visit(block, i);
+    }
+  }
+}
+
+// Islands that have gained bounce no more; whether any would have.
+bool ContactSolver::forbid_bounces() {
+  bool any = false;
+  for_gains([&](const Block& block, size_t lane) {
+    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+      T& parting = starts_[p].parting[lane];
+      any = any || parting > 0;
+      parting = std::min(parting, T{0});
+    }
+  });
+  return any;
+}
+
+// Leaves islands that have gained to the substeps.
+void ContactSolver::cancel_gains(std::span<const Motion> before) {
+  for_gains([&](const Block& block, size_t lane) {
+    for (const uint32_t body : {block.a[lane], block.b[lane]}) motions_[body] = before[body];
+    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+      impulses_[p].push[lane] = 0;
+      for (Row& row : impulses_[p].friction) row[lane] = 0;
+    }
+  });
 }
 
 // A body that meets only one other, and hangs on none, may be moved along its way without coming

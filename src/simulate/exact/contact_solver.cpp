@@ -345,8 +345,9 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
   const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
-  const L deeper = fastest * L(static_cast<T>(kDeeper * kResolution)) /
-                   max(L::load(block.slop.data()), L(kLeast<T>));
+  const L extent =
+      max(L::load(block.slop.data()), L(kLeast<T>)) * L(static_cast<T>(1 / kResolution));
+  const L deeper = fastest * L(static_cast<T>(kDeeper)) / extent;
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());
@@ -363,7 +364,8 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
     L bias, scale = one, give = zero;
     if constexpr (kSoft) {
       const L slop = L::load(point.slop.data());
-      const L slowly = max(slow * (distance + slop), mul_add(deeper, distance, zero - fastest));
+      const L slowly = max(slow * (distance + slop),
+                           mul_add(deeper, max(distance, zero - extent), zero - fastest));
       const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, slop, slowly));
       bias = select(ahead, distance * rate_ahead, undone);
       scale = select(ahead, one, mass_scale);

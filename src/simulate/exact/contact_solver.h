@@ -230,6 +230,7 @@ class ContactSolver {
   struct ImpactIsland {
     bool is_open = false;  // the sweep has changed something
     double dd = 0, de = 0, ee = 0, d = 0, e = 0, noise = 0;
+    double gained = 0;  // J: see find_gains()
     double s = 0, t = 0, part = 1;
     void choose_step();
   };
@@ -272,6 +273,11 @@ class ContactSolver {
   void solve_impacts(const SolverSettings& settings, std::span<const SolverJoint> joints);
   void find_partners(std::span<const SolverJoint> joints);
   void converge();
+  void find_gains(std::span<const Motion> before);
+  template <typename Visit>
+  void for_gains(const Visit& visit);
+  bool forbid_bounces();
+  void cancel_gains(std::span<const Motion> before);
   void sum_impulses(std::span<const Motion> before);
   void move_back(std::span<const Motion> before);
   Lanes<T> moved_along(const Block& block, const Lanes3<T>& normal, const Lanes3<T>& arm) const;

@@ -24,21 +24,22 @@ void fill_blocks(std::span<const Vec3> points, std::vector<float>& values) {
   }
 }
 
-// The first of the greatest products with `direction`.
-uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
+// Of a block of vertices with `direction`.
+HWY_INLINE Lanes<float> product(const float* block, const Vec3& direction) {
   using F = Lanes<float>;
   const F x(static_cast<float>(direction.x())), y(static_cast<float>(direction.y())),
       z(static_cast<float>(direction.z()));
-  const auto product = [&](size_t at) {
-    const float* block = blocks.data() + at;
-    return mul_add(
-        F::load(block), x,
-        mul_add(F::load(block + kVertexLanes), y, F::load(block + 2 * kVertexLanes) * z));
-  };
-  F best = product(0);
+  return mul_add(F::load(block), x,
+                 mul_add(F::load(block + kVertexLanes), y, F::load(block + 2 * kVertexLanes) * z));
+}
+
+// The first of the greatest products with `direction`.
+uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
+  using F = Lanes<float>;
+  F best = product(blocks.data(), direction);
   F best_block(0.0F);
   for (size_t at = 3 * kVertexLanes; at < blocks.size(); at += 3 * kVertexLanes) {
-    const F candidate = product(at);
+    const F candidate = product(blocks.data() + at, direction);
     const size_t number = at / (3 * kVertexLanes);
     const auto more = candidate > best;
     best = select(more, candidate, best);
@@ -270,6 +271,23 @@ void ConvexPiece::find_sides() {
 
 uint32_t ConvexPiece::farthest_vertex(const Vec3& direction) const {
   return greatest(vertex_blocks_, direction);
+}
+
+void ConvexPiece::list_beyond(const Vec3& direction, double least_m,
+                              std::vector<uint32_t>& vertices) const {
+  constexpr double kRounding = 1e-6;
+  const double size_m = box_.min().cwiseAbs().cwiseMax(box_.max().cwiseAbs()).sum();
+  const Lanes<float> least(static_cast<float>(least_m - kRounding * size_m));
+  vertices.clear();
+  for (size_t at = 0; at < vertex_blocks_.size(); at += 3 * kVertexLanes) {
+    uint8_t lanes = 0;
+    hn::StoreMaskBits(Lanes<float>::Tag(), product(vertex_blocks_.data() + at, direction) > least,
+                      &lanes);
+    for (; lanes != 0; lanes &= static_cast<uint8_t>(lanes - 1)) {
+      const size_t vertex = at / 3 + static_cast<size_t>(std::countr_zero(lanes));
+      if (vertex < vertices_.size()) vertices.push_back(static_cast<uint32_t>(vertex));
+    }
+  }
 }
 
 Vec3 ConvexPiece::farthest(const Vec3& direction) const {

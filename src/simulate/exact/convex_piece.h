@@ -72,6 +72,9 @@ class ConvexPiece {
   // searched in floats: the error is below 1e-6 of the extent.
   Vec3 farthest(const Vec3& direction) const;
   uint32_t farthest_vertex(const Vec3& direction) const;  // of a polytope
+  // The vertices of a polytope that are as far along `direction`, unit, as `least_m`, or but for
+  // rounding, ascending.
+  void list_beyond(const Vec3& direction, double least_m, std::vector<uint32_t>& vertices) const;
   // The face whose normal is nearest to `direction`, unit; kNone: there are no faces.
   uint32_t face_along(const Vec3& direction) const;
   // Among the faces at a vertex of a polytope.

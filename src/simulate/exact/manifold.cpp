@@ -111,10 +111,69 @@ std::optional<Reference> reference(const ConvexPiece& piece, const ConvexPiece& 
   return Reference{index, distance};
 }
 
+// Reduces the points from `first` on to the deepest and those that span most.
+void keep_spanning(std::vector<SurfacePoint>& points, size_t first, double same_depth_m) {
+  if (points.size() - first <= kMostOfPlane) return;
+  const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
+  const Vec3 normal = begin->normal;
+  const auto take = [&](size_t place, auto&& measure) {
+    auto best = begin + static_cast<std::ptrdiff_t>(place);
+    double most = -std::numeric_limits<double>::infinity();
+    for (auto it = best; it != points.end(); ++it) {
+      const double value = measure(*it);
+      if (value > most) {
+        most = value;
+        best = it;
+      }
+    }
+    std::swap(*(begin + static_cast<std::ptrdiff_t>(place)), *best);
+  };
+  double deepest = std::numeric_limits<double>::infinity();
+  for (auto it = begin; it != points.end(); ++it) deepest = std::min(deepest, it->distance_m);
+  Vec3 middle = Vec3::Zero();
+  for (auto it = begin; it != points.end(); ++it) middle += it->place;
+  middle /= static_cast<double>(points.size() - first);
+  take(0, [&](const SurfacePoint& p) {
+    return p.distance_m <= deepest + same_depth_m ? (p.place - middle).squaredNorm() : -1.0;
+  });
+  const Vec3 p0 = begin[0].place;
+  take(1, [&](const SurfacePoint& p) { return (p.place - p0).squaredNorm(); });
+  const Vec3 across = normal.cross(begin[1].place - p0);
+  take(2, [&](const SurfacePoint& p) { return std::abs(across.dot(p.place - p0)); });
+  // The farthest outside of the triangle of these three.
+  std::array<Vec3, 3> corners = {p0, begin[1].place, begin[2].place};
+  if (across.dot(corners[2] - p0) < 0) std::swap(corners[1], corners[2]);
+  take(3, [&](const SurfacePoint& p) {
+    double outside = -std::numeric_limits<double>::infinity();
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3 side = (corners[(k + 1) % 3] - corners[k]).cross(normal);
+      outside = std::max(outside, side.dot(p.place - corners[k]));
+    }
+    return outside;
+  });
+  points.resize(first + kMostOfPlane);
+}
+
+// Reduces the points of a face from `first` on to those that span it, and the one that comes lowest
+// in the step, by later_m(point), if that is none of these: a body that rocks falls on it.
+template <typename Later>
+void keep_of_face(std::vector<SurfacePoint>& points, size_t first, double same_depth_m,
+                  const Later& later_m) {
+  if (points.size() - first <= kMostOfPlane) return;
+  const SurfacePoint coming = std::ranges::min(std::span(points).subspan(first), {}, later_m);
+  keep_spanning(points, first, same_depth_m);
+  const auto is_higher = [&](const SurfacePoint& kept) {
+    return later_m(kept) > later_m(coming) + same_depth_m;
+  };
+  if (std::ranges::all_of(std::span(points).subspan(first), is_higher)) points.push_back(coming);
+}
+
 // In the frame of the piece whose face it is; normals leave that piece.
+template <typename Later>
 double add_points_over(const ConvexPiece& piece, uint32_t face_index, const ConvexPiece& other,
                        const Relative& other_in_piece, double reach_m, ManifoldScratch& scratch,
-                       std::vector<SurfacePoint>& points) {
+                       const Later& later_m, std::vector<SurfacePoint>& points) {
+  const size_t first = points.size();
   const ConvexPiece::Face& face = piece.faces()[face_index];
   facing(other, -(other_in_piece.turn.transpose() * face.normal), scratch.polygon);
   for (Vec3& corner : scratch.polygon) corner = other_in_piece.apply(corner);
@@ -139,6 +198,22 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
         {point - (distance / 2 + other.radius_m()) * face.normal, face.normal, distance});
   };
   std::ranges::for_each(scratch.polygon, add);
+  keep_of_face(points, first, kSameDepth * small, later_m);
+  // Corners beside the polygon that may come down within the step, as a body rolls on.
+  if (other.kind() == ConvexPiece::Kind::polytope) {
+    const Vec3 downward = -(other_in_piece.turn.transpose() * face.normal);
+    const double level = face.normal.dot(other_in_piece.shift) - face.offset_m - reach_m;
+    other.list_beyond(downward, level, scratch.vertices);
+    for (const uint32_t vertex : scratch.vertices) {
+      const Vec3 point = other_in_piece.apply(other.vertices()[vertex]);
+      bool is_over = std::ranges::find(scratch.polygon, point) == scratch.polygon.end();
+      for (uint32_t i = 0; i < face.count && is_over; ++i) {
+        const ConvexPiece::Side& side = piece.sides()[face.first + i];
+        is_over = side.normal.dot(point) <= side.offset;
+      }
+      if (is_over) add(point);
+    }
+  }
   // A corner that has just passed the face's side still is what goes deepest.
   // Pieces that penetrate without it separate without it.
   const bool is_sunk = lowest < -kBeside * small;
@@ -202,75 +277,42 @@ void keep_lowest(std::vector<SurfacePoint>& points, size_t first, double band_m,
   double deepest = std::numeric_limits<double>::infinity();
   for (auto it = begin; it != points.end(); ++it) deepest = std::min(deepest, it->distance_m);
   const auto middle = std::stable_partition(
-      begin, points.end(), [&](const SurfacePoint& p) { return p.distance_m > deepest + band_m; });
-  // The others first, so that what is cut off lies at the end.
-  std::vector<SurfacePoint> lowest(middle, points.end());
+      begin, points.end(), [&](const SurfacePoint& p) { return p.distance_m <= deepest + band_m; });
+  std::vector<SurfacePoint> others(middle, points.end());
   points.erase(middle, points.end());
   keep_spanning(points, first, same_depth_m);
-  const size_t second = points.size();
-  points.insert(points.end(), lowest.begin(), lowest.end());
-  keep_spanning(points, second, same_depth_m);
-}
-
-void keep_spanning(std::vector<SurfacePoint>& points, size_t first, double same_depth_m) {
-  if (points.size() - first <= kMostOfPlane) return;
-  const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
-  const Vec3 normal = begin->normal;
-  const auto take = [&](size_t place, auto&& measure) {
-    auto best = begin + static_cast<std::ptrdiff_t>(place);
-    double most = -std::numeric_limits<double>::infinity();
-    for (auto it = best; it != points.end(); ++it) {
-      const double value = measure(*it);
-      if (value > most) {
-        most = value;
-        best = it;
-      }
-    }
-    std::swap(*(begin + static_cast<std::ptrdiff_t>(place)), *best);
-  };
-  double deepest = std::numeric_limits<double>::infinity();
-  for (auto it = begin; it != points.end(); ++it) deepest = std::min(deepest, it->distance_m);
-  Vec3 middle = Vec3::Zero();
-  for (auto it = begin; it != points.end(); ++it) middle += it->place;
-  middle /= static_cast<double>(points.size() - first);
-  take(0, [&](const SurfacePoint& p) {
-    return p.distance_m <= deepest + same_depth_m ? (p.place - middle).squaredNorm() : -1.0;
-  });
-  const Vec3 p0 = begin[0].place;
-  take(1, [&](const SurfacePoint& p) { return (p.place - p0).squaredNorm(); });
-  const Vec3 across = normal.cross(begin[1].place - p0);
-  take(2, [&](const SurfacePoint& p) { return std::abs(across.dot(p.place - p0)); });
-  // The farthest outside of the triangle of these three.
-  std::array<Vec3, 3> corners = {p0, begin[1].place, begin[2].place};
-  if (across.dot(corners[2] - p0) < 0) std::swap(corners[1], corners[2]);
-  take(3, [&](const SurfacePoint& p) {
-    double outside = -std::numeric_limits<double>::infinity();
-    for (size_t k = 0; k < 3; ++k) {
-      const Vec3 side = (corners[(k + 1) % 3] - corners[k]).cross(normal);
-      outside = std::max(outside, side.dot(p.place - corners[k]));
-    }
-    return outside;
-  });
-  points.resize(first + kMostOfPlane);
+  std::ranges::stable_sort(others, {}, &SurfacePoint::later_m);
+  const size_t rest = points.size() + std::min<size_t>(1, others.size());
+  points.insert(points.end(), others.begin(), others.end());
+  keep_spanning(points, rest, same_depth_m);
 }
 
 double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
                     const Feature& feature, double reach_m, ManifoldScratch& scratch,
                     std::vector<SurfacePoint>& points) {
   const size_t first = points.size();
+  const auto later_m = [&](const Vec3& place, const Vec3& normal, double distance_m) {
+    return distance_m + normal.dot(scratch.shift + scratch.turn.cross(place));
+  };
   double distance;
   if (feature.of == Feature::Of::a) {
-    distance = add_points_over(a, feature.face, b, b_in_a, reach_m, scratch, points);
+    distance = add_points_over(
+        a, feature.face, b, b_in_a, reach_m, scratch,
+        [&](const SurfacePoint& p) { return later_m(p.place, p.normal, p.distance_m); }, points);
   } else {
     const Relative a_in_b{b_in_a.turn.transpose(), -(b_in_a.turn.transpose() * b_in_a.shift)};
-    distance = add_points_over(b, feature.face, a, a_in_b, reach_m, scratch, points);
+    distance = add_points_over(
+        b, feature.face, a, a_in_b, reach_m, scratch,
+        [&](const SurfacePoint& p) {
+          return later_m(b_in_a.apply(p.place), -(b_in_a.turn * p.normal), p.distance_m);
+        },
+        points);
     for (size_t i = first; i < points.size(); ++i) {
       points[i].place = b_in_a.apply(points[i].place);
       points[i].normal = -(b_in_a.turn * points[i].normal);
       points[i].is_of_b = true;
     }
   }
-  if (points.size() > first) keep_spanning(points, first, kSameDepth * smaller_extent(a, b));
   return distance;
 }
 
@@ -319,7 +361,6 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
       // They touch beside the face, too, and deeper.
       points.push_back(
           {(separation.on_a + separation.on_b) / 2, points[first].normal, separation.distance_m});
-      keep_spanning(points, first, kSameDepth * small);
       return {};
     }
     points.resize(first);
@@ -332,7 +373,6 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
 
 void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
                         double reach_m, std::vector<SurfacePoint>& points) {
-  const size_t first = points.size();
   const auto add = [&](const Vec3& point) {
     const double distance = normal.dot(point) - offset_m - piece.radius_m();
     if (distance >= reach_m) return;
@@ -341,7 +381,13 @@ void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double off
   const bool is_round = piece.kind() == ConvexPiece::Kind::round;
   const Vec3 across = is_round ? Vec3(piece.axis().cross(normal)) : Vec3::Zero();
   if (across.isZero(kUpright)) {
-    for (const Vec3& vertex : piece.vertices()) add(vertex);
+    if (piece.kind() == ConvexPiece::Kind::polytope) {
+      thread_local std::vector<uint32_t> near;
+      piece.list_beyond(-normal, -offset_m - reach_m, near);
+      for (const uint32_t vertex : near) add(piece.vertices()[vertex]);
+    } else {
+      std::ranges::for_each(piece.vertices(), add);
+    }
   } else {
     // The lowest of either rim, and, a third of the way round, points that carry one that lies:
     // each sector of a ring has those on its arc.
@@ -354,8 +400,6 @@ void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double off
       if (!has_tip || angle == 0 || piece.sector().top > 0) add(side->upper);
     }
   }
-  keep_lowest(points, first, kResolution * piece.smallest_extent_m(),
-              kSameDepth * piece.smallest_extent_m());
 }
 
 }  // namespace pilesim::exact

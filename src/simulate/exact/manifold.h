@@ -9,9 +9,10 @@
 namespace pilesim::exact {
 
 struct SurfacePoint {
-  Vec3 place;         // m, half-way between the two surfaces
-  Vec3 normal;        // unit, from a to b
-  double distance_m;  // along the normal; below 0 they overlap
+  Vec3 place;          // m, half-way between the two surfaces
+  Vec3 normal;         // unit, from a to b
+  double distance_m;   // along the normal; below 0 they overlap
+  double later_m = 0;  // the same when the step ends, if nothing stops the bodies
   // Set by pair.cpp.
   Vec3 other_arm = Vec3::Zero();
   double gap_m = 0;  // along the normal, at the time at which it was found
@@ -32,8 +33,11 @@ inline constexpr size_t kMostOfPlane = 4;
 
 // Reused from pair to pair.
 struct ManifoldScratch {
+  // b's motion against a in the step, a's frame: m, and rad about a's origin.
+  Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
   std::vector<Vec3> polygon, cut;
   std::vector<double> beyond;  // of the polygon's corners, a plane
+  std::vector<uint32_t> vertices;
   std::vector<SurfacePoint> points;
 };
 
@@ -52,11 +56,9 @@ double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& 
 void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
                         double reach_m, std::vector<SurfacePoint>& points);
 
-// Reduces the points from `first` on, which have one normal, to the deepest and those that span
-// most.
-void keep_spanning(std::vector<SurfacePoint>& points, size_t first, double same_depth_m);
-// Reduces points of a surface that is not flat to as many of those within `band_m` of the deepest,
-// which carry, and as many of the others, which may.
+// Reduces the points from `first` on, which have one normal, to those that span most within
+// `band_m` of the deepest, which carry; and of the others, which may come to carry, to the one that
+// comes lowest in the step, and those that span most of the rest.
 void keep_lowest(std::vector<SurfacePoint>& points, size_t first, double band_m,
                  double same_depth_m);
 

@@ -56,6 +56,10 @@ class Finder {
     pair_.toward.setZero();
     b_in_a_ = relative_at(0);
     reach_ = Reach(kContactMargin * small_ + unknown_m_, turn_a_.transpose() * displacement_);
+    const Mat3 to_a = step_s_ * turn_a_.transpose();
+    scratch_.manifold.turn = to_a * (b_.spin - a_.spin);
+    scratch_.manifold.shift =
+        to_a * (b_.velocity - a_.velocity - b_.spin.cross(b_.position - a_.position));
     scratch_.all.clear();
     double bound = std::numeric_limits<double>::infinity();
     if (shape_a_.is_plane) {
@@ -111,7 +115,7 @@ class Finder {
       Contact* best = nullptr;
       float least = near2;
       for (Contact& old : former) {
-        if (old.normal_force_n < 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
+        if (old.normal_force_n <= 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
         const float distance2 = std::min((old.arm_a - contact.arm_a).squaredNorm(),
                                          (old.arm_b - contact.arm_b).squaredNorm());
         if (distance2 >= least) continue;
@@ -720,11 +724,10 @@ class Finder {
       point.normal = turn_a_ * point.normal;
       const Vec3 arm_a = place - position_a_, arm_b = place - position_b_;
       point.gap_m = point.distance_m;
-      if (t > 0) {
-        const Vec3 parting =
-            b_.velocity + b_.spin.cross(arm_b) - a_.velocity - a_.spin.cross(arm_a);
-        point.distance_m -= t * point.normal.dot(parting);
-      }
+      const double parting =
+          point.normal.dot(b_.velocity + b_.spin.cross(arm_b) - a_.velocity - a_.spin.cross(arm_a));
+      if (t > 0) point.distance_m -= t * parting;
+      point.later_m = point.distance_m + step_s_ * parting;
       point.place = arm_a;
       point.other_arm = arm_b;
       point.time_s = t;
