@@ -409,19 +409,24 @@ TEST(Impacts, AnObliqueOneOfBallsIsAlongTheirCentres) {
   }
 }
 
-// An open box of thin walls.
-uint32_t crate(SmallModel& m, double size, double wall) {
-  const uint32_t index = m.box(Vec3::Constant(size));
+// An open box of slats with gaps between them.
+uint32_t crate(SmallModel& m, const Vec3& size, double thick) {
+  const uint32_t index = m.box(size);
   ModelShape& shape = m.model.shapes[index];
   shape.pieces.clear();
-  const double beside = (size - wall) / 2;
   const auto add = [&](const Vec3& centre, const Vec3& sides) {
     shape.pieces.push_back({CollisionPiece::Kind::box, {centre, Quat::Identity()}, sides, {}});
   };
-  add({0, -beside, 0}, {size, wall, size});
-  for (const double side : {-beside, beside}) {
-    add({side, 0, 0}, {wall, size, size});
-    add({0, 0, side}, {size, size, wall});
+  const double wide = size.z() / 5;
+  for (const double z : {-2.0, -1.0, 0.0, 1.0, 2.0}) {
+    add({0, -size.y() / 2, z * wide}, {size.x(), thick, 0.8 * wide});
+  }
+  for (const double y : {-0.3, 0.0, 0.3}) {
+    const double high = 0.2 * size.y();
+    for (const double side : {-0.5, 0.5}) {
+      add({side * size.x(), y * size.y(), 0}, {thick, high, size.z()});
+      add({0, y * size.y(), side * size.z()}, {size.x(), high, thick});
+    }
   }
   return index;
 }
@@ -435,15 +440,16 @@ TEST(Impacts, BodiesThatStartInOthersDoNotBurst) {
   m.scene.step_s.reset();
   const uint32_t material = m.material(0.3, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
-  const uint32_t shape = crate(m, 1, 0.02);
-  for (int i = 0; i < 48; ++i) {
-    const Vec3 place(0.8 * (i % 4), 1 + 0.8 * (i / 16), 0.8 * (i / 4 % 4));
+  const uint32_t shape = crate(m, {1.1, 0.8, 0.8}, 0.02);
+  constexpr double kSpacing = 0.5;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 place(kSpacing * (i % 5), 1 + kSpacing * (i / 25), kSpacing * (i / 5 % 5));
     m.body(shape, material, place).pose.orientation = random.rotation();
   }
   const auto simulator = make_simulator(m.scene, m.model);
-  const double by_fall = std::sqrt(2 * test::kGravity * 3),
-               by_overlaps = 5 * std::sqrt(test::kGravity);
-  for (int frame = 0; frame < 240; ++frame) {
+  const double by_fall = std::sqrt(2 * test::kGravity * 4);
+  const double by_overlaps = 5 * std::sqrt(test::kGravity);
+  for (int frame = 0; frame < 100; ++frame) {
     simulator->step_frame();
     for (const Vec3& velocity : simulator->states().linear_velocity) {
       ASSERT_LT(velocity.norm(), by_fall + by_overlaps) << frame;
