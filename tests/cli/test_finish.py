@@ -228,7 +228,7 @@ class FinishTest(CommandTest):
             # A shape that almost fills its bounding sphere: few of them make a deep pile.
             (self.dir / "ball.obj").write_text(icosahedron(0.1))
             scene["shapes"]["box"] = {"type": "mesh", "file": "ball.obj"}
-            scene["emitters"][0].update(centre=[0, 0.37, 0], count=[17, 5, 17],
+            scene["emitters"][0].update(centre=[0, 0.4, 0], count=[17, 5, 17],
                                         spacing=[0.14, 0.14, 0.14], asleep=True)
 
         self.simulate_overlapping(deep)

@@ -24,7 +24,7 @@ void fill_blocks(std::span<const Vec3> points, std::vector<float>& values) {
   }
 }
 
-// Of a block of vertices with `direction`.
+// The products of a block of vertices with `direction`.
 HWY_INLINE Lanes<float> product(const float* block, const Vec3& direction) {
   using F = Lanes<float>;
   const F x(static_cast<float>(direction.x())), y(static_cast<float>(direction.y())),
