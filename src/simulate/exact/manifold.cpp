@@ -372,7 +372,8 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
 }
 
 void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
-                        double reach_m, std::vector<SurfacePoint>& points) {
+                        double reach_m, ManifoldScratch& scratch,
+                        std::vector<SurfacePoint>& points) {
   const auto add = [&](const Vec3& point) {
     const double distance = normal.dot(point) - offset_m - piece.radius_m();
     if (distance >= reach_m) return;
@@ -380,14 +381,11 @@ void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double off
   };
   const bool is_round = piece.kind() == ConvexPiece::Kind::round;
   const Vec3 across = is_round ? Vec3(piece.axis().cross(normal)) : Vec3::Zero();
-  if (across.isZero(kUpright)) {
-    if (piece.kind() == ConvexPiece::Kind::polytope) {
-      thread_local std::vector<uint32_t> near;
-      piece.list_beyond(-normal, -offset_m - reach_m, near);
-      for (const uint32_t vertex : near) add(piece.vertices()[vertex]);
-    } else {
-      std::ranges::for_each(piece.vertices(), add);
-    }
+  if (piece.kind() == ConvexPiece::Kind::polytope) {
+    piece.list_beyond(-normal, -offset_m - reach_m, scratch.vertices);
+    for (const uint32_t vertex : scratch.vertices) add(piece.vertices()[vertex]);
+  } else if (across.isZero(kUpright)) {
+    std::ranges::for_each(piece.vertices(), add);
   } else {
     // The lowest of either rim, and, a third of the way round, points that carry one that lies:
     // each sector of a ring has those on its arc.

@@ -36,8 +36,8 @@ struct ManifoldScratch {
   // b's motion against a in the step, a's frame: m, and rad about a's origin.
   Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
   std::vector<Vec3> polygon, cut;
-  std::vector<double> beyond;  // of the polygon's corners, a plane
-  std::vector<uint32_t> vertices;
+  std::vector<double> beyond;      // of the polygon's corners, a plane
+  std::vector<uint32_t> vertices;  // of a piece, that may come near
   std::vector<SurfacePoint> points;
 };
 
@@ -54,7 +54,8 @@ double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& 
 // Manifold of a piece with the half-space normal . x <= offset in the piece's frame. The plane is
 // body a.
 void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
-                        double reach_m, std::vector<SurfacePoint>& points);
+                        double reach_m, ManifoldScratch& scratch,
+                        std::vector<SurfacePoint>& points);
 
 // Reduces the points from `first` on, which have one normal, to those that span most within
 // `band_m` of the deepest, which carry; and of the others, which may come to carry, to the one that

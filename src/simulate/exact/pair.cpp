@@ -223,7 +223,8 @@ class Finder {
                                 [&](const Relative& relative, const Separation&, double reach) {
                                   const auto [normal, offset] = plane_in(relative);
                                   const size_t first = scratch_.all.size();
-                                  add_plane_manifold(piece, normal, offset, reach, scratch_.all);
+                                  add_plane_manifold(piece, normal, offset, reach,
+                                                     scratch_.manifold, scratch_.all);
                                   for (size_t i = first; i < scratch_.all.size(); ++i) {
                                     scratch_.all[i].place = relative.apply(scratch_.all[i].place);
                                     scratch_.all[i].normal = relative.turn * scratch_.all[i].normal;
