@@ -227,6 +227,24 @@ TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   }
 }
 
+// Where two faces face each other all but exactly, an edge beside both may go deepest.
+TEST(ExactEngine, ManifoldsOfStonesHoldTheDeepestPoint) {
+  Philox random(19, Stream::test, 0);
+  const auto stone = [&] {
+    CollisionPiece piece;
+    piece.kind = CollisionPiece::Kind::hull;
+    std::vector<Vec3> points;
+    for (int k = 0; k < 40; ++k) points.push_back(random_direction(random));
+    piece.hull = convex_hull(points);
+    return piece;
+  };
+  for (int i = 0; i < 3000; ++i) {
+    const CollisionPiece of_a = stone(), of_b = stone();
+    SCOPED_TRACE(i);
+    expect_deepest_point(of_a, of_b, random.uniform(-0.02, 0), random);
+  }
+}
+
 // Clipping may leave coincident corners, up to rounding; the side between them is degenerate.
 TEST(ExactEngine, DoubledCornersCutNothingOff) {
   Philox random(17, Stream::test, 0);

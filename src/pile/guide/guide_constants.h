@@ -129,8 +129,9 @@ inline constexpr int kMouldTries = 1000;
 inline constexpr double kMouldFall = 1.5;       // sqrt(r / g), after each iteration
 inline constexpr double kMouldRestSpeed = 0.5;  // sqrt(g r): slower bodies count as at rest
 inline constexpr uint32_t kMouldRounds = 200;
-// Taps once nothing fits, their speed in sqrt(g r), and the time for each.
-inline constexpr int kTaps = 3;
+// The mould is full once a tap has made room for no more than this share of the bodies.
+inline constexpr double kWorthATap = 0.01;
+// Speed of a tap in sqrt(g r), and the time for each.
 inline constexpr double kTap = 0.7;
 inline constexpr double kTapTime = 3;
 // Most such times until all is at rest: first without friction, then with it.

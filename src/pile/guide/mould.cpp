@@ -204,12 +204,14 @@ void Mould::settle() {
 }
 
 MouldFilling Mould::run() {
-  for (int taps = 0; next_ < fill_.count;) {
+  uint32_t before_tap = 0;
+  while (next_ < fill_.count) {
     const bool found_room = insert();
     fall(kMouldFall);
-    if (found_room) continue;
-    if (fastest() > kMouldRestSpeed * unit_speed_ && rounds_ < kMouldRounds) continue;
-    if (++taps > kTaps || rounds_ >= kMouldRounds) break;
+    if (rounds_ >= kMouldRounds) break;
+    if (found_room || fastest() > kMouldRestSpeed * unit_speed_) continue;
+    if (next_ - before_tap <= kWorthATap * next_) break;
+    before_tap = next_;
     tap();
   }
   settle();

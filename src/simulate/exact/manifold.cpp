@@ -181,18 +181,12 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
       scratch.polygon, {}, [&](const Vec3& point) { return face.normal.dot(point); });
   const double nearest = face.normal.dot(deepest) - face.offset_m - other.radius_m();
   const double small = smaller_extent(piece, other);
-  bool is_beside = false;  // the deepest point, and far
   for (uint32_t i = 0; i < face.count && !scratch.polygon.empty(); ++i) {
     const ConvexPiece::Side& side = piece.sides()[face.first + i];
-    const double beyond = side.normal.dot(deepest) - side.offset;
-    is_beside = is_beside || (beyond > 0 && beyond * beyond > kBeside * small * kBeside * small *
-                                                                  side.normal.squaredNorm());
     cut(side, scratch);
   }
-  double lowest = std::numeric_limits<double>::infinity();
   const auto add = [&](const Vec3& point) {
     const double distance = face.normal.dot(point) - face.offset_m - other.radius_m();
-    lowest = std::min(lowest, distance);
     if (distance >= reach_m) return;
     points.push_back(
         {point - (distance / 2 + other.radius_m()) * face.normal, face.normal, distance});
@@ -213,12 +207,6 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
       }
       if (is_over) add(point);
     }
-  }
-  // A corner that has just passed the face's side still is what goes deepest.
-  // Pieces that penetrate without it separate without it.
-  const bool is_sunk = lowest < -kBeside * small;
-  if (lowest < reach_m && lowest > nearest + kSameDepth * small && !is_beside && !is_sunk) {
-    add(deepest);
   }
   return nearest;
 }
@@ -265,6 +253,20 @@ bool add_line(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a
   if (nearest > separation.distance_m + kSameDepth * smaller_extent(a, b)) {
     points.push_back({between, separation.normal, separation.distance_m});
   }
+  return true;
+}
+
+double lowest_m(const std::vector<SurfacePoint>& points, size_t first) {
+  return std::ranges::min(std::span(points).subspan(first), {}, &SurfacePoint::distance_m)
+      .distance_m;
+}
+
+// Where the pieces touch beside the face, too, and deeper. Whether they do.
+bool add_deeper(const Separation& separation, size_t first, double tolerance_m,
+                std::vector<SurfacePoint>& points) {
+  if (lowest_m(points, first) <= separation.distance_m + tolerance_m) return false;
+  points.push_back(
+      {(separation.on_a + separation.on_b) / 2, points[first].normal, separation.distance_m});
   return true;
 }
 
@@ -325,6 +327,8 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
   const Relative a_in_b{b_in_a.turn.transpose(), -(b_in_a.turn.transpose() * b_in_a.shift)};
   const auto of_a = reference(a, b, b_in_a, separation.normal, least);
   const auto of_b = reference(b, a, a_in_b, -(a_in_b.turn * separation.normal), least);
+  // Not a triangle's: what lies beside it is its neighbours'.
+  const bool is_triangle = !std::isfinite(a.smallest_extent_m());
   Feature feature;
   if (of_a && (!of_b || of_a->distance_m + kPreference * small >= of_b->distance_m)) {
     feature = {Feature::Of::a, of_a->face};
@@ -333,7 +337,10 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
   }
   if (feature.of != Feature::Of::none) {
     add_manifold(a, b, b_in_a, feature, reach_m, scratch, points);
-    if (points.size() > first) return feature;
+    if (points.size() > first) {
+      if (!is_triangle) add_deeper(separation, first, kFaceTolerance * small, points);
+      return feature;
+    }
     // Nothing is over the face: it may be that they pass each other beside it.
     KnownVertices none;
     const Separation apart = find_separation(a, b, b_in_a, Vec3::Zero(), reach_m, none);
@@ -341,8 +348,6 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
     points.push_back({(apart.on_a + apart.on_b) / 2, apart.normal, apart.distance_m});
     return {};
   }
-  // Not a triangle's: what lies beside it is its neighbours'.
-  const bool is_triangle = !std::isfinite(a.smallest_extent_m());
   for (const Feature::Of of : {Feature::Of::a, Feature::Of::b}) {
     if (is_triangle && of == Feature::Of::a) continue;
     const ConvexPiece& piece = of == Feature::Of::a ? a : b;
@@ -353,15 +358,9 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
       continue;
     }
     add_manifold(a, b, b_in_a, {of, face}, reach_m, scratch, points);
-    const auto own = std::span(points).subspan(first);
-    const double lowest =
-        own.empty() ? 0 : std::ranges::min(own, {}, &SurfacePoint::distance_m).distance_m;
-    if (own.size() > 1 && lowest >= least) {
-      if (lowest <= separation.distance_m + kFaceTolerance * small) return {of, face};
-      // They touch beside the face, too, and deeper.
-      points.push_back(
-          {(separation.on_a + separation.on_b) / 2, points[first].normal, separation.distance_m});
-      return {};
+    if (points.size() > first + 1 && lowest_m(points, first) >= least) {
+      const bool is_beside = add_deeper(separation, first, kFaceTolerance * small, points);
+      return is_beside ? Feature{} : Feature{of, face};
     }
     points.resize(first);
   }
