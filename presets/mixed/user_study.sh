@@ -14,7 +14,7 @@ camera='{"position": [3.5, 3, 6], "target": [0, 0.9, 0]}'
   --set "/emitters/0/count=$rabbits" --set '/emitters/0/centre=[0,2.6,0]' --set "/camera=$camera" \
   --set /duration_s=5
 "$pilesim" compare presets/mixed/rings_and_poles.json -o "$out/rings" --runs 3 \
-  --reference impulse@1/240 --modes impulse:sphere@1/240,mixed+/simulator/level_of_detail/level=2 \
+  --reference impulse@1/240 --modes impulse:sphere@1/240,mixed \
   --set "/emitters/0/count=$rings"
 
 # draw SCENE REFERENCE MODE NAME: side by side, under the modes' names; small, too, as NAME.mp4, for pages.
@@ -27,4 +27,4 @@ draw() {
 draw rabbits impulse_decomposition_1_240 impulse_spheres7_1_240 study_rabbits_seven_spheres
 draw rabbits impulse_decomposition_1_240 statistical study_rabbits_statistical
 draw rings impulse_1_240 impulse_sphere_1_240 study_rings_one_sphere
-draw rings impulse_1_240 mixed__simulator_level_of_detail_level_2 study_rings_mixed
+draw rings impulse_1_240 mixed study_rings_mixed

@@ -401,8 +401,10 @@ struct PairRule {
 // Which level a body has: the coarsest one that any rule asks for. Limits have an entry less than
 // there are levels, or none: then the rule is not used.
 struct LevelOfDetail {
-  std::vector<DetailLevel> levels = table_4_1();  // finest first, 1 .. 8
-  int level = 1;                                  // the finest that is used, from 1
+  std::vector<DetailLevel> levels = {  // finest first, 1 .. 8
+      {},
+      {PairMethod::particle, PairMethod::particle, PairMethod::particle}};
+  int level = 1;                     // the finest that is used, from 1
   std::vector<double> distances_m;   // ascending; from the camera, beyond which the next one holds
   std::vector<double> screen_sizes;  // descending; of the picture's height, below which it holds
   std::vector<double> speeds;        // ascending, m/s; above which it holds
@@ -410,6 +412,7 @@ struct LevelOfDetail {
   double hysteresis = 0.1;           // share of a limit by which a level outlasts it, 0 .. 0.9
   std::vector<PairRule> pairs;
 
+  // Default of Method::dissertation.
   static std::vector<DetailLevel> table_4_1();
 };
 

@@ -20,7 +20,8 @@ Codec<DetailLevel> level_codec() {
       {.noun = "a level of detail",
        .fields = {
            field<L>("near_near", &L::near_near, any_method,
-                    "Method for two bodies that are each near a must-impulse body: (I', I')."),
+                    "Method for two bodies that are each near a must-impulse body: (I', I'). "
+                    "statistical: with the method dissertation only."),
            field<L>("near_far", &L::near_far, sphere_method(),
                     "Method for such a body and one that is near none: (I', S)."),
            field<L>("far_far", &L::far_far, sphere_method(),
@@ -50,7 +51,9 @@ Codec<LevelOfDetail> detail_codec() {
        .fields = {
            field<D>("levels", &D::levels, list(level_codec(), 1),
                     "Methods for pairs, from the finest level to the coarsest. A pair has the "
-                    "finer level of its two bodies. Default: Table 4.1 of the dissertation."),
+                    "finer level of its two bodies. Default: a level with impulse near and "
+                    "statistical elsewhere, and one of particles; with the method dissertation, "
+                    "its Table 4.1."),
            field<D>("level", &D::level, integer(1, kMostLevels),
                     "The finest level that is used, counted from 1; without the keys below, the "
                     "level of all bodies."),

@@ -147,6 +147,11 @@ Reading read_document(Json document, const std::filesystem::path& file, MeshFile
   if (!reading.context.log.findings().empty()) return reading;  // the document is no scene yet
   reading.context.directory = std::filesystem::absolute(file).parent_path();
   scene_codec().read(document, Path(), reading.scene, reading.context);
+  SimulatorSettings& simulator = reading.scene.simulator;
+  const Json::json_pointer levels("/simulator/level_of_detail/levels");
+  if (simulator.method == Method::dissertation && !document.contains(levels)) {
+    simulator.detail.levels = LevelOfDetail::table_4_1();
+  }
   check_scene(reading.scene, document, reading.context.log);
   if (mesh_files == MeshFiles::must_exist) check_mesh_files(reading.scene, reading.context.log);
   return reading;

@@ -131,7 +131,7 @@ const std::vector<Case> kCases = {
      .ways = kSpheres,
      .mixed_set =
          {R"(/simulator/level_of_detail={"levels": [{"near_near": "impulse", "exact": true},)"
-          R"( {"near_near": "statistical"}], "distances_m": [11]})"}},
+          R"( {}], "distances_m": [11]})"}},
     {.name = "funnel",
      .ways = kPile,
      .mixed_set = {kGroundIsExact, "/bodies/1/preference=must_impulse"}},

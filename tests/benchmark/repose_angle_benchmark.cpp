@@ -90,7 +90,6 @@ Run pour(const std::string& shape, double angle_deg, int bodies, int seed,
   if (!mode.empty()) {
     use_material(shape, overrides);
     overrides.push_back("/simulator/mode=" + mode);
-    overrides.push_back("/simulator/level_of_detail/level=2");
   }
   const Scene scene = load_scene(kPour, overrides).scene;
   Model model = build_model(scene);

@@ -25,7 +25,7 @@ SIZE = "128x72"
 FRAMES = "0-x6"
 # The reference first.
 VIDEOS = {"rabbits": ["impulse_decomposition_1_240", "impulse_spheres7_1_240", "statistical"],
-          "rings": ["impulse_1_240", "impulse_sphere_1_240", "mixed__simulator_level_of_detail_level_2"]}
+          "rings": ["impulse_1_240", "impulse_sphere_1_240", "mixed"]}
 
 
 def seen(pilesim, run, out):

@@ -102,7 +102,7 @@ class FinishTest(CommandTest):
     def test_the_mixed_mode_finishes_a_pile_at_rest_unless_it_is_told_not_to(self):
         def mixed(scene):
             # Spheres around boxes that start high: they come to rest, and the boxes overlap.
-            scene["simulator"] = {"mode": "mixed", "level_of_detail": {"level": 3}}
+            scene["simulator"] = {"mode": "mixed", "level_of_detail": {"level": 2}}
             scene["duration_s"] = 4
 
         self.write_scene(mixed)
@@ -232,7 +232,10 @@ class FinishTest(CommandTest):
                                         spacing=[0.14, 0.14, 0.14], asleep=True)
 
         self.simulate_overlapping(deep)
-        self.succeed("finish", "out", "-o", "sound", "--visible-only", "--fail-on", GATES)
+        # Bodies beside those that are left may still move at the end: up to 1 % of all.
+        gates = GATES.replace("unsettled>0", "unsettled>14")
+        self.assertNotEqual(gates, GATES)
+        self.succeed("finish", "out", "-o", "sound", "--visible-only", "--fail-on", gates)
         figures = self.report("sound")["finish"]
         self.assertGreater(figures["left_as_they_were"], 10)
         self.assertEqual(figures["left_as_they_were"] + figures["bodies"], 17 * 5 * 17)
@@ -250,7 +253,7 @@ class FinishTest(CommandTest):
         self.assertGreater(unmoved, figures["left_as_they_were"] / 2)
         # The scene may ask for it, too. The energy at its end is that of all bodies.
         self.succeed("simulate", "scene.json", "-o", "own", "--set",
-                     '/finish={"visible_only": true}', "--fail-on", GATES)
+                     '/finish={"visible_only": true}', "--fail-on", gates)
         potential = [self.report(name)["energy"]["potential_end_j"] for name in ("out", "own")]
         heights = [sum(float(line.split(",")[5]) for line in lines) for lines in (before, after)]
         self.assertAlmostEqual(potential[1] / potential[0], heights[1] / heights[0], delta=0.001)

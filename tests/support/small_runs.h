@@ -42,7 +42,7 @@ inline void PrintTo(const SmallRun& run, std::ostream* stream) { *stream << run.
 
 inline std::vector<SmallRun> small_runs() {
   const std::string mode = "/simulator/mode=", levels = "/simulator/level_of_detail/";
-  const std::vector<std::string> by_distance = {levels + "distances_m=[5,7]"};
+  const std::vector<std::string> by_distance = {levels + "distances_m=[6]"};
   return {
       {"impulse_hulls", "hulls"},
       {"impulse_pieces", "pieces"},
@@ -60,8 +60,7 @@ inline std::vector<SmallRun> small_runs() {
       {"particle", "spheres", {mode + "particle"}},
       {"particle_sleepers", "sleepers"},
       {"mixed_level_1", "mixed", {levels + "level=1"}, Directed::no, Measured::table},
-      {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::table},
-      {"mixed_level_3", "mixed", {levels + "level=3"}, Directed::no, Measured::splines},
+      {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::splines},
       {"mixed_dissertation",
        "mixed",
        {"/simulator/method=dissertation", levels + "level=2"},

@@ -27,8 +27,9 @@ std::vector<std::string> detail_problems(const std::string& detail,
 }
 
 TEST(SceneDetail, LevelsLimitsAndRulesAreFine) {
-  EXPECT_THAT(detail_problems(R"("level": 2, "distances_m": [5, 10], "screen_sizes": [0.1, 0.01],
-    "speeds": [1, 2], "out_of_view": 3, "hysteresis": 0)"),
+  EXPECT_THAT(detail_problems(R"("levels": [{"exact": true}, {}, {}], "level": 2,
+    "distances_m": [5, 10], "screen_sizes": [0.1, 0.01], "speeds": [1, 2], "out_of_view": 3,
+    "hysteresis": 0)"),
               IsEmpty());
   EXPECT_THAT(detail_problems(R"("levels": [{"near_near": "impulse", "exact": true},
     {"near_near": "particle", "near_far": "particle", "far_far": "particle"}], "speeds": [3],
@@ -38,17 +39,29 @@ TEST(SceneDetail, LevelsLimitsAndRulesAreFine) {
 
 TEST(SceneDetail, LevelsThatDoNotExist) {
   EXPECT_THAT(detail_problems(R"("level": 4)"),
-              ElementsAre(HasSubstr("/simulator/level_of_detail/level: is 4; expected at most 3")));
+              ElementsAre(HasSubstr("/simulator/level_of_detail/level: is 4; expected at most 2")));
   EXPECT_THAT(detail_problems(R"("levels": [{}], "out_of_view": 2)"),
               ElementsAre(HasSubstr("/out_of_view: is 2; expected at most 1")));
 }
 
+TEST(SceneDetail, OnlyTheDissertationSamplesNearBodies) {
+  const std::string as_written = R"("mode": "mixed", "method": "dissertation", )";
+  const std::string sampled =
+      R"("level_of_detail": {"level": 1, "levels": [{"near_near": "statistical"}]})";
+  EXPECT_THAT(simulator_problems(sampled),
+              ElementsAre(HasSubstr("/levels/0/near_near: is \"statistical\"; expected \"impulse\" "
+                                    "or \"particle\"")));
+  EXPECT_THAT(simulator_problems(as_written + sampled), IsEmpty());
+  // The dissertation's Table 4.1 has three levels.
+  EXPECT_THAT(simulator_problems(as_written + R"("level_of_detail": {"level": 3})"), IsEmpty());
+}
+
 TEST(SceneDetail, LimitsAreOneLessThanLevelsAndInOrder) {
-  EXPECT_THAT(detail_problems(R"("distances_m": [5])"),
-              ElementsAre(HasSubstr("/distances_m: has 1 limit; expected 2")));
-  EXPECT_THAT(detail_problems(R"("distances_m": [5, 4])"),
+  EXPECT_THAT(detail_problems(R"("distances_m": [5, 6])"),
+              ElementsAre(HasSubstr("/distances_m: has 2 limits; expected 1")));
+  EXPECT_THAT(detail_problems(R"("levels": [{}, {}, {}], "distances_m": [5, 4])"),
               ElementsAre(HasSubstr("/distances_m/1: is 4 after 5; expected ascending")));
-  EXPECT_THAT(detail_problems(R"("screen_sizes": [0.1, 0.2])"),
+  EXPECT_THAT(detail_problems(R"("levels": [{}, {}, {}], "screen_sizes": [0.1, 0.2])"),
               ElementsAre(HasSubstr("/screen_sizes/1: is 0.2 after 0.1; expected descending")));
 }
 
@@ -87,7 +100,7 @@ TEST(SceneDetail, RulesNameBodiesThatMayBeSpheres) {
 }
 
 TEST(SceneDetail, RulesThatUseTheCameraNeedOne) {
-  EXPECT_THAT(detail_problems(R"("distances_m": [5, 10])", ""),
+  EXPECT_THAT(detail_problems(R"("distances_m": [5])", ""),
               ElementsAre(HasSubstr("/distances_m: needs a camera")));
 }
 

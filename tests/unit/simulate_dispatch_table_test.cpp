@@ -30,9 +30,14 @@ PairMethod of_pair(DispatchTable& table, Behaviour a, uint32_t level_a, Behaviou
   return table.method(2, 3);
 }
 
+LevelOfDetail table_4_1() {
+  LevelOfDetail detail;
+  detail.levels = LevelOfDetail::table_4_1();
+  return detail;
+}
+
 TEST(DispatchTable, IsTableFourOne) {
-  const LevelOfDetail detail;
-  DispatchTable table(detail, six_bodies());
+  DispatchTable table(table_4_1(), six_bodies());
   const struct {
     Behaviour a, b;
     std::array<PairMethod, 3> at_level;
@@ -41,13 +46,8 @@ TEST(DispatchTable, IsTableFourOne) {
       {exact, near_exact, {impulse, impulse, impulse}},
       {exact, standing, {impulse, impulse, impulse}},
       {exact, statistical, {none, none, none}},  // the update rule prevents it
-      {exact, threaded, {impulse, impulse, impulse}},
-      {threaded, threaded, {impulse, impulse, particle}},
-      {threaded, near_exact, {impulse, PairMethod::statistical, particle}},
-      {threaded, standing, {impulse, impulse, particle}},
-      {threaded, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
       {near_exact, near_exact, {impulse, PairMethod::statistical, particle}},
-      {near_exact, standing, {impulse, impulse, particle}},
+      {near_exact, standing, {impulse, PairMethod::statistical, particle}},
       {near_exact, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
       {statistical, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
       {statistical, standing, {PairMethod::statistical, PairMethod::statistical, particle}},
@@ -60,32 +60,13 @@ TEST(DispatchTable, IsTableFourOne) {
   }
 }
 
-// To the letter: rings on a pole are like all others, and standing bodies are I' to an I' body.
-TEST(DispatchTable, AsWrittenItHasNoExceptions) {
-  const LevelOfDetail detail;
-  DispatchTable table(detail, six_bodies(), Method::dissertation);
-  for (const Behaviour other : {threaded, near_exact, standing}) {
-    for (uint32_t level = 0; level < 3; ++level) {
-      const PairMethod by_table[] = {impulse, PairMethod::statistical, particle};
-      EXPECT_EQ(of_pair(table, threaded, level, other, level), by_table[level]);
-      EXPECT_EQ(of_pair(table, near_exact, level, other, level), by_table[level]);
-    }
-  }
-  for (uint32_t level = 0; level < 3; ++level) EXPECT_FALSE(table.solves_threaded(level));
-}
-
 TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
   LevelOfDetail detail;
   EXPECT_TRUE(DispatchTable(detail, six_bodies()).may_solve_spheres());
   detail.level = 2;  // level 1 is then out of reach
   EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_spheres());
+  EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_standing());
   Model model = six_bodies();
-  model.shapes[0].pieces.resize(2);  // another body may pass through it
-  EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
-  detail.level = 3;
-  EXPECT_FALSE(DispatchTable(detail, model).may_solve_spheres());
-  detail.level = 2;
-  model = six_bodies();
   model.pair_rules = {{{2}, {3}, impulse}};
   EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
   detail.level = 1;
@@ -97,18 +78,8 @@ TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
   EXPECT_TRUE(DispatchTable(detail, model).may_solve_standing());
 }
 
-TEST(DispatchTable, KnowsWhetherWhatStandsMayBeSolved) {
-  LevelOfDetail detail;
-  for (detail.level = 1; detail.level <= 2; ++detail.level) {
-    EXPECT_TRUE(DispatchTable(detail, six_bodies()).may_solve_standing()) << detail.level;
-  }
-  detail.level = 3;
-  EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_standing());
-}
-
 TEST(DispatchTable, PairsHaveTheFinerLevelOfTheTwo) {
-  const LevelOfDetail detail;
-  DispatchTable table(detail, six_bodies());
+  DispatchTable table(table_4_1(), six_bodies());
   EXPECT_EQ(of_pair(table, statistical, 2, statistical, 0), PairMethod::statistical);
   EXPECT_EQ(of_pair(table, statistical, 2, statistical, 2), particle);
   EXPECT_EQ(of_pair(table, near_exact, 2, near_exact, 0), impulse);

@@ -64,6 +64,7 @@ class Levels : public testing::Test {
     scene_.shapes["ball"] = SphereShape{0.5};
     scene_.materials["m"] = {};
     scene_.bodies = {{.name = "b", .shape = "ball", .material = "m"}};
+    scene_.simulator.detail.levels.resize(3);
     look_from(5);
     states_.position = {Vec3::Zero()};
     states_.linear_velocity = {Vec3::Zero()};

@@ -4,26 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/convex_hull.h"
-
 namespace pilesim {
 
 using namespace mixed_constants;
 
 ExactBoxes::ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world,
                        bool by_pieces)
-    : model_(model),
-      dispatch_(dispatch),
-      world_(world),
-      by_pieces_(by_pieces),
-      hulls_(model.shapes.size()) {
-  for (const ModelBody& body : model.bodies) {
-    const ModelShape& shape = model.shapes[body.shape];
-    if (body.role != Role::dynamic || body.preference != Preference::prefer_statistical) continue;
-    if (!may_be_threaded(shape) || !hulls_[body.shape].empty()) continue;
-    hulls_[body.shape] = flat_faces(convex_hull(shape.mesh.vertices));
-  }
-}
+    : model_(model), dispatch_(dispatch), world_(world), by_pieces_(by_pieces) {}
 
 void ExactBoxes::add(uint32_t body) {
   const ModelBody& source = model_.bodies[body];
@@ -145,25 +132,6 @@ double ExactBoxes::impulse_bound_ns(const Candidate& candidate, double least_spe
                                           : model_.bodies[box.body].mass_kg * speed);
   }
   return heaviest;
-}
-
-bool ExactBoxes::reach_into(uint32_t body, const Pose& pose) const {
-  const std::vector<HullFace>& hull = hulls_[model_.bodies[body].shape];
-  if (hull.empty()) return false;
-  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
-  const Vec3& centre = pose.position;
-  const auto is_within = [&](const Bounds& piece) {
-    const Vec3 nearest = centre.cwiseMax(piece.min()).cwiseMin(piece.max()) - centre;
-    if (nearest.squaredNorm() > radius * radius) return false;
-    const Vec3 place = pose.orientation.conjugate() * nearest;
-    return std::ranges::all_of(hull, [&](const HullFace& face) {
-      return face.normal.dot(place) < kWithin * face.offset_m;
-    });
-  };
-  return std::ranges::any_of(boxes_, [&](const Box& box) {
-    return !box.is_plane && box.bounds.squaredExteriorDistance(centre) <= radius * radius &&
-           dispatch_.attracts(box.body, body) && std::ranges::any_of(box.pieces, is_within);
-  });
 }
 
 void ExactBoxes::load(StateReader& reader) {

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "geometry/hull_faces.h"
 #include "model/model.h"
 #include "simulate/exact_engine.h"
 #include "simulate/mixed/mixed_constants.h"
@@ -43,9 +42,6 @@ class ExactBoxes {
   // The most momentum, N s, that an impact may give a sleeping body in this step, from bodies with
   // such boxes that are faster than `least_speed`, m/s. Infinite for kinematic bodies.
   double impulse_bound_ns(const Candidate& candidate, double least_speed) const;
-  // True if such a box reaches into the hull of a body with several pieces, seen from its centre:
-  // through a ring, or into a cup. Thread-safe.
-  bool reach_into(uint32_t body, const Pose& pose) const;
   bool empty() const { return boxes_.empty(); }
 
   // The boxes as of the last update().
@@ -74,8 +70,7 @@ class ExactBoxes {
   const DispatchTable& dispatch_;
   const ExactEngine& world_;
   bool by_pieces_;
-  std::vector<std::vector<HullFace>> hulls_;  // by shape, for bodies that may be threaded
-  std::vector<Box> boxes_;                    // in the order of bodies
+  std::vector<Box> boxes_;  // in the order of bodies
   // A raster over all boxes seen from above: whether a cell contains a box, or a moving one. Most
   // bodies are far from all boxes.
   static constexpr uint8_t kBoxThere = 1, kMovingThere = 2;

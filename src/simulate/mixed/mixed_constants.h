@@ -16,9 +16,6 @@ namespace pilesim::mixed_constants {
 // In bounding radii: a near body (I') stays one until its box is farther than this from all boxes.
 // half, twice: none
 inline constexpr double kLeaveMargin = 0.1;
-// As a share of the distance from the centre to a face of the hull: a body that reaches farther in
-// is inside. half: none; twice, which is never: MixedRings.AreBallsBesideAPost
-inline constexpr double kWithin = 0.75;
 // A body stands on its edge or end if its ellipsoid's shortest half axis is less than this share of
 // its upward reach. half: MixedRings.ARingOnTheEdgeOfAHangingOneTipsOver; twice: none
 inline constexpr float kOnEdge = 0.2F;

@@ -123,10 +123,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   bool is_sphere(uint32_t body) const {
     return is_free(body) && prefers_spheres(model_.bodies[body]);
   }
-  bool is_near(uint32_t body) const {
-    return state_.behaviours[body] == Behaviour::near_exact ||
-           state_.behaviours[body] == Behaviour::threaded;
-  }
+  bool is_near(uint32_t body) const { return state_.behaviours[body] == Behaviour::near_exact; }
 
   static constexpr bool kAsWritten = std::is_same_v<World, DrawnWorld>;
 
@@ -147,10 +144,8 @@ class MixedSimulator final : public Simulator, public BodyControl {
   double margin_m(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
   bool stands_on_edge(uint32_t body) const;
-  Behaviour solved_behaviour(uint32_t body) const;
   bool is_at_edge(uint32_t body) const;
   void attract_to_edges();
-  Behaviour next_behaviour(uint32_t body) const;
   void read_states();
 
   const Scene& scene_;
@@ -190,7 +185,7 @@ MixedSimulator<World, Coupling>::MixedSimulator(const Scene& scene, const Model&
           .remove = [this](uint32_t body) { remove(body); },
           .push = [this](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); },
           .pose = [this](uint32_t body) { return pose_now(body); }},
-      dispatch_(scene.simulator.detail, model, scene.simulator.method),
+      dispatch_(scene.simulator.detail, model),
       objects_(make_objects(model, dispatch_)),
       spheres_(model, objects_, sphere_settings(scene, dispatch_)),
       engine_(std::move(engine)),
@@ -331,20 +326,6 @@ bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
                          .only_moving = sphere.asleep});
 }
 
-// A threaded body stays so until it leaves: as balls, those that lie on each other would penetrate.
-template <class World, class Coupling>
-Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
-  if (!is_attracted(body)) return Behaviour::statistical;
-  const auto& sphere = spheres_.body(body);
-  if (state_.behaviours[body] == Behaviour::threaded) return Behaviour::threaded;
-  if (sphere.asleep || !dispatch_.solves_threaded(levels_.level(body))) {
-    return Behaviour::near_exact;
-  }
-  const Pose pose{sphere.position.template cast<double>(),
-                  sphere.orientation.template cast<double>().normalized()};
-  return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
-}
-
 // A ring that hangs on a pole's tip, but none that tumbles, and no rabbit: they have no edge.
 template <class World, class Coupling>
 bool MixedSimulator<World, Coupling>::stands_on_edge(uint32_t body) const {
@@ -355,14 +336,6 @@ bool MixedSimulator<World, Coupling>::stands_on_edge(uint32_t body) const {
   const auto ellipsoid = kind.form.placed(sphere.orientation, 1);
   const Vec3f up = -scene_.gravity.normalized().cast<float>();
   return ellipsoid.shortest_m < kOnEdge * ellipsoid.support_m(up);
-}
-
-// As what a body near its like is solved with it; statistical: never.
-template <class World, class Coupling>
-Behaviour MixedSimulator<World, Coupling>::solved_behaviour(uint32_t body) const {
-  const uint32_t own = levels_.level(body);
-  if (dispatch_.level(own).near_near == PairMethod::impulse) return Behaviour::near_exact;
-  return dispatch_.solves_threaded(own) ? Behaviour::threaded : Behaviour::statistical;
 }
 
 // Whether it may come to lie on one of those that stand so. Sleepers are left where they are.
@@ -385,17 +358,17 @@ template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::attract_to_edges() {
   edges_.clear();
   for (const uint32_t body : coupling_.bodies()) {
-    if (next_[body] == Behaviour::statistical || !stands_on_edge(body)) continue;
-    next_[body] = std::min(next_[body], solved_behaviour(body));
-    edges_.push_back(body);
+    if (next_[body] == Behaviour::near_exact && stands_on_edge(body)) edges_.push_back(body);
   }
   if (edges_.empty()) return;
   const std::vector<uint32_t>& members = spheres_.members();
   parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t body = members[i];
-      const Behaviour solved = solved_behaviour(body);
-      if (solved < next_[body] && is_at_edge(body)) next_[body] = solved;
+      const DetailLevel& level = dispatch_.level(levels_.level(body));
+      if (level.near_near == PairMethod::impulse && is_at_edge(body)) {
+        next_[body] = Behaviour::near_exact;
+      }
     }
   });
 }
@@ -410,7 +383,9 @@ void MixedSimulator<World, Coupling>::update_behaviours() {
   if (members.empty()) return;
   boxes_.update();
   parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) next_[members[i]] = next_behaviour(members[i]);
+    for (size_t i = begin; i < end; ++i) {
+      next_[members[i]] = is_attracted(members[i]) ? Behaviour::near_exact : Behaviour::statistical;
+    }
   });
   if constexpr (!kAsWritten) attract_to_edges();
   change_with_contacts([&](uint32_t body) { return next_[body] != state_.behaviours[body]; },
@@ -718,7 +693,7 @@ void MixedSimulator<World, Coupling>::load(StateReader& reader) {
 }  // namespace
 
 std::vector<ObjectKey> mixed_objects_to_measure(const Scene& scene, const Model& model) {
-  const DispatchTable dispatch(scene.simulator.detail, model, scene.simulator.method);
+  const DispatchTable dispatch(scene.simulator.detail, model);
   if (!dispatch.uses(PairMethod::statistical)) return {};
   return objects_to_measure(model, prefers_spheres);
 }

@@ -16,8 +16,8 @@ bool stands(const ModelBody& body) { return body.role != Role::dynamic || body.h
 
 }  // namespace
 
-DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model, Method method)
-    : levels_(detail.levels), has_exceptions_(method == Method::own), class_(model.bodies.size()) {
+DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model)
+    : levels_(detail.levels), class_(model.bodies.size()) {
   make_groups(model);
   find_what_is_solved(model, static_cast<uint32_t>(detail.level - 1));
   classes_ = groups_ * level_count() * kBehaviours;
@@ -76,14 +76,11 @@ void DispatchTable::make_groups(const Model& model) {
 }
 
 void DispatchTable::find_what_is_solved(const Model& model, uint32_t finest_level) {
-  std::set<uint8_t> free, hollow, standing;
+  std::set<uint8_t> free, standing;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.preference != Preference::prefer_statistical) continue;
     if (body.role == Role::dynamic) free.insert(group_[i]);
-    if (body.role == Role::dynamic && may_be_threaded(model.shapes[body.shape])) {
-      hollow.insert(group_[i]);
-    }
     if (stands(body)) standing.insert(group_[i]);
   }
   const auto may_solve = [&](const std::set<uint8_t>& ones, Behaviour one,
@@ -101,9 +98,8 @@ void DispatchTable::find_what_is_solved(const Model& model, uint32_t finest_leve
     }
     return found;
   };
-  constexpr Behaviour kNear = Behaviour::near_exact, kThreaded = Behaviour::threaded;
-  may_solve_spheres_ =
-      may_solve(free, kNear, free, kNear) || may_solve(hollow, kThreaded, hollow, kThreaded);
+  constexpr Behaviour kNear = Behaviour::near_exact;
+  may_solve_spheres_ = may_solve(free, kNear, free, kNear);
   may_solve_standing_ = may_solve(free, kNear, standing, Behaviour::standing);
 }
 
@@ -127,20 +123,8 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
                                    uint32_t level_b) const {
   using enum Behaviour;
   if (a > b) return by_level(b, level_b, a, level_a);
-  if (a == threaded) {
-    if (b == threaded && solves_threaded(std::min(level_a, level_b))) return PairMethod::impulse;
-    a = near_exact;
-    if (b == threaded) b = near_exact;
-  } else if (b == threaded) {
-    b = near_exact;
-  }
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
-  // A body with an exact contact at one end would rock for ever on a sphere at the other.
-  if (has_exceptions_ && a == near_exact && b == standing &&
-      finer.near_near == PairMethod::statistical) {
-    return PairMethod::impulse;
-  }
   if (a == near_exact) return b == statistical ? finer.near_far : finer.near_near;
   return finer.far_far;
 }

@@ -12,19 +12,13 @@ namespace pilesim {
 
 // The treatment of a body in a step. A prefer-statistical body that stands is `standing`: near (I')
 // to must-impulse bodies (I), statistical (S) to statistical ones, so that a ground under one
-// must-impulse body does not become exact for all. Near bodies are solved on it, unless they are
-// particles. Balls cannot represent bodies with another body through them: rings on a pole would be
-// as far apart as balls, which cannot move aside.
+// must-impulse body does not become exact for all.
 enum class Behaviour : uint8_t {
   exact,        // I: must-impulse
-  threaded,     // near (I'), and a must-impulse body reaches into its hull
   near_exact,   // near (I'): prefer-statistical, and its box touches that of a must-impulse body
   statistical,  // S: prefer-statistical
   standing,     // prefer-statistical, and static, kinematic or fixed
 };
-
-// It has several convex pieces: another body may fit within its hull.
-inline bool may_be_threaded(const ModelShape& shape) { return shape.pieces.size() > 1; }
 
 inline bool by_spheres(PairMethod method) {
   return method == PairMethod::statistical || method == PairMethod::particle;
@@ -34,9 +28,7 @@ class DispatchTable {
  public:
   // All bodies start as exact or statistical at level 0, by their preference and role. Throws
   // Error(input) if the rules for pairs distinguish more than 64 kinds of bodies.
-  // Method::dissertation uses the table as written: no body is threaded, and standing bodies are
-  // near (I') to near bodies at all levels.
-  DispatchTable(const LevelOfDetail& detail, const Model& model, Method method = Method::own);
+  DispatchTable(const LevelOfDetail& detail, const Model& model);
 
   // `level` counts from 0.
   void set(uint32_t body, Behaviour behaviour, uint32_t level);
@@ -52,10 +44,6 @@ class DispatchTable {
   bool is_sphere_surface(uint32_t exact) const { return has_rule_[group_[exact]]; }
   // True if supports turn the body to a rest pose; particles are not turned.
   bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
-  // True if threaded bodies of this level are solved among each other.
-  bool solves_threaded(uint32_t level) const {
-    return has_exceptions_ && levels_[level].near_near == PairMethod::statistical;
-  }
   bool uses(PairMethod method) const;  // in any level or rule
   // True if, by a rule or a level in use, some pair of dynamic prefer-statistical bodies may be
   // solved, or a pair of such a body with a standing one.
@@ -69,7 +57,7 @@ class DispatchTable {
   void load(StateReader& reader);  // throws Error(input) if it belongs to another table
 
  private:
-  static constexpr uint32_t kBehaviours = 5;
+  static constexpr uint32_t kBehaviours = 4;
   void make_groups(const Model& model);
   void find_what_is_solved(const Model& model, uint32_t finest_level);
   PairMethod method_of(uint32_t class_a, uint32_t class_b) const;
@@ -79,7 +67,6 @@ class DispatchTable {
   }
 
   std::vector<DetailLevel> levels_;
-  bool has_exceptions_;
   bool may_solve_spheres_ = false, may_solve_standing_ = false;
   uint32_t groups_ = 1;              // of bodies that the same rules name
   std::vector<uint8_t> group_;       // by body
