@@ -16,15 +16,6 @@ class DetailChecker {
   void check() {
     const LevelOfDetail& detail = scene_.simulator.detail;
     const size_t count = detail.levels.size();
-    for (size_t i = 0; i < count; ++i) {
-      const bool is_sampled = detail.levels[i].near_near == PairMethod::statistical;
-      if (!is_sampled || scene_.simulator.method == Method::dissertation) continue;
-      const Path levels = detail_ / "levels";
-      const Path level = levels / i;
-      log_.report_key(level / "near_near", "is \"statistical\"", "\"impulse\" or \"particle\"",
-                      R"(Bodies near must-impulse ones are solved among each other unless )"
-                      R"("method" is "dissertation")");
-    }
     const auto number = [&](int level, const char* key) {
       if (!log_.is_sound(detail_ / key) || static_cast<size_t>(level) <= count) return;
       log_.report(detail_ / key, "is " + std::to_string(level),
@@ -42,10 +33,23 @@ class DetailChecker {
       check_name(detail.pairs[i].b, rule / "b");
     }
     check_camera();
-    if (scene_.simulator.mode == SimulatorMode::mixed) check_hinges();
+    if (scene_.simulator.mode != SimulatorMode::mixed) return;
+    check_hinges();
+    if (scene_.simulator.method == Method::own) check_near_bodies();
   }
 
  private:
+  void check_near_bodies() {
+    const Path levels = detail_ / "levels";
+    for (size_t i = 0; i < scene_.simulator.detail.levels.size(); ++i) {
+      if (scene_.simulator.detail.levels[i].near_near != PairMethod::statistical) continue;
+      const Path level = levels / i;
+      log_.report_key(level / "near_near", "is \"statistical\"", "\"impulse\" or \"particle\"",
+                      R"(Bodies near must-impulse ones are solved among each other unless )"
+                      R"("method" is "dissertation")");
+    }
+  }
+
   void check_limits(const std::vector<double>& limits, const char* key, bool ascending) {
     const Path place = detail_ / key;
     if (limits.empty() || !log_.is_sound(place)) return;

@@ -48,7 +48,7 @@ TEST(SceneDetail, OnlyTheDissertationSamplesNearBodies) {
   const std::string as_written = R"("mode": "mixed", "method": "dissertation", )";
   const std::string sampled =
       R"("level_of_detail": {"level": 1, "levels": [{"near_near": "statistical"}]})";
-  EXPECT_THAT(simulator_problems(sampled),
+  EXPECT_THAT(simulator_problems(R"("mode": "mixed", )" + sampled),
               ElementsAre(HasSubstr("/levels/0/near_near: is \"statistical\"; expected \"impulse\" "
                                     "or \"particle\"")));
   EXPECT_THAT(simulator_problems(as_written + sampled), IsEmpty());
