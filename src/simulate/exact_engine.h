@@ -12,6 +12,14 @@
 
 namespace pilesim {
 
+// Another solver of the contacts of some bodies. It is called before each iteration that this
+// engine shares with it, once in a step; the bodies that it may push, ascending, are solved as one
+// island.
+struct Partner {
+  std::function<void(int iteration)> sweep;
+  std::vector<uint32_t> bodies;
+};
+
 // Whether two bodies may touch, by their indices into Model::bodies.
 using PairFilter = std::function<bool(uint32_t, uint32_t)>;
 
@@ -35,12 +43,9 @@ class ExactEngine {
   // step.
   virtual void move_by_keys(uint32_t body, double time_s) = 0;
 
-  // Another solver of the contacts of some bodies, called before each iteration of this one, once
-  // in a step: all that is awake is one group then. None: empty.
-  virtual void set_partner(std::function<void(int iteration)> partner) = 0;
-  // For the partner: whether this step moves the body, and how by the step's end as far as it is
-  // solved, gravity included.
-  virtual bool is_solving(uint32_t body) const = 0;
+  virtual void set_partner(Partner partner) = 0;  // of the next step; without bodies there is none
+  // For the partner, of its bodies that are awake: how this step moves the body by its end as far
+  // as it is solved, gravity included.
   virtual Vec3 solver_velocity(uint32_t body) const = 0;
   virtual Vec3 solver_spin(uint32_t body) const = 0;
   virtual void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) = 0;

@@ -74,6 +74,33 @@ TEST_F(MixedGround, ABodyOnAnEdgeTipsOverIt) {
   EXPECT_LT(states().position[4].y(), 0.45);
 }
 
+TEST_F(MixedGround, WhatFarBodiesCannotPushIsSolvedAsInTheImpulseMode) {
+  // Small cubes, the upper ones far, need more substeps than the crate.
+  add_shape("cube", box_mesh({0.04, 0.04, 0.04}));
+  scene_.shapes["slab"] = BoxShape{{0.5, 0.1, 0.5}};
+  scene_.shapes["crate"] = BoxShape{{0.4, 0.5, 0.6}};
+  add_exact("slab", {0, 0.05, 0}, Quat::Identity());
+  for (int i = 0; i < 4; ++i) add_body("cube", {0, 0.12 + 0.04 * i, 0});
+  Body& crate = add_body("crate", {5, 0.6, 0});
+  crate.preference = Preference::must_impulse;
+  crate.pose.orientation = about_z(0.4);
+  scene_.simulator.sleeping = false;
+  std::vector<Vec3> places;
+  for (const SimulatorMode mode : {SimulatorMode::mixed, SimulatorMode::impulse}) {
+    scene_.simulator.mode = mode;
+    start();
+    for (int frame = 0; frame < 60; ++frame) {
+      run(1);
+      if (mode == SimulatorMode::mixed) {
+        ASSERT_TRUE(is_near(2) && !is_near(5));
+        places.push_back(states().position[6]);
+      } else {
+        ASSERT_EQ(states().position[6], places[static_cast<size_t>(frame)]) << frame;
+      }
+    }
+  }
+}
+
 constexpr double kThick = 0.06;
 
 // A square ring about the y axis.

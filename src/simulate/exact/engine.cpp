@@ -33,10 +33,7 @@ class Engine final : public ExactEngine {
   bool contains(uint32_t body) const override { return bodies_[body].moves != Moves::not_there; }
   void apply_impulse(uint32_t body, const ModelEvent& event) override;
   void move_by_keys(uint32_t body, double time_s) override;
-  void set_partner(std::function<void(int iteration)> partner) override {
-    partner_ = std::move(partner);
-  }
-  bool is_solving(uint32_t body) const override { return solver_.is_solving(body); }
+  void set_partner(Partner partner) override { partner_ = std::move(partner); }
   Vec3 solver_velocity(uint32_t body) const override { return solver_.velocity(body); }
   Vec3 solver_spin(uint32_t body) const override { return solver_.spin(body); }
   void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override {
@@ -111,7 +108,7 @@ class Engine final : public ExactEngine {
   StepSolver solver_;
   // Settings of others.
   PairFilter filter_;
-  std::function<void(int)> partner_;
+  Partner partner_;
 };
 
 std::vector<CollisionShape> shapes_of(const Model& model) {
@@ -361,17 +358,19 @@ void Engine::boxes(uint32_t index, std::vector<Bounds>& boxes) const {
 
 Bounds Engine::box_at(uint32_t index, const Pose& pose) const {
   const CollisionShape& shape = shapes_[bodies_[index].shape];
+  const Mat3 turn = pose.orientation.toRotationMatrix();
   Bounds box;
   for (const ConvexPiece& piece : shape.pieces) {
     for (int k = 0; k < 3; ++k) {
-      for (const double side : {1.0, -1.0}) {
-        const Vec3 direction = pose.orientation.conjugate() * (side * Vec3::Unit(k));
-        const Vec3 point = pose.apply(piece.farthest(direction) + piece.radius_m() * direction);
-        box.extend(point);
-      }
+      const Vec3 axis = turn.row(k);  // in the body's frame
+      const auto reach_m = [&](const Vec3& direction) {
+        return direction.dot(piece.farthest(direction)) + piece.radius_m();
+      };
+      box.min()[k] = std::min(box.min()[k], -reach_m(-axis));
+      box.max()[k] = std::max(box.max()[k], reach_m(axis));
     }
   }
-  return box;
+  return box.translate(pose.position);
 }
 
 double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
@@ -397,7 +396,7 @@ void Engine::step(StageTimer& timer, const std::function<void()>& before_solver)
   list_active();
   const auto step = [&] { make_step(timer, before_solver); };
   const size_t pairs = state_.pairs.size() + state_.resting.pairs.size();
-  partner_ || pairs >= kLeastPairs ? with_threads_awake(step) : on_one_thread(step);
+  pairs >= kLeastPairs || !partner_.bodies.empty() ? with_threads_awake(step) : on_one_thread(step);
 }
 
 void Engine::list_pairs(double step_s) {

@@ -58,9 +58,10 @@ bool carries_nothing(const Joint& joint) {
 
 }  // namespace
 
-// Bodies that are solved with as many substeps.
+// Bodies that are solved with as many substeps, and with the partner or without it.
 struct StepSolver::Group {
   int substeps;
+  bool has_partner;
   std::vector<uint32_t> bodies;    // that move, in the order of `movers_`
   std::vector<uint32_t> touching;  // pairs
   std::vector<uint32_t> joints;
@@ -94,16 +95,15 @@ void StepSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& 
 }
 
 void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
-                       std::span<const double> advanced_s,
-                       const std::function<void(int)>& partner) {
+                       std::span<const double> advanced_s, const Partner& partner) {
   settings_.step_s = step_s;
-  settings_.partner = partner;
-  list_bodies(touching, static_cast<bool>(partner));
+  list_bodies(touching, partner);
   if (movers_.empty()) return followed_.clear();
   turn_surfaces();
   find_loads(touching);
   broken_.clear();
-  for (const Group& group : this->group(touching, static_cast<bool>(partner))) {
+  for (const Group& group : this->group(touching, partner)) {
+    settings_.partner = group.has_partner ? partner.sweep : nullptr;
     solve(group, advanced_s);
   }
   followed_.clear();
@@ -137,8 +137,8 @@ void StepSolver::solve(const Group& group, std::span<const double> advanced_s) {
   }
 }
 
-// Those that something may push: with a partner, any that is awake.
-void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partner) {
+// Those that something may push.
+void StepSolver::list_bodies(std::span<const uint32_t> touching, const Partner& partner) {
   for (const uint32_t i : movers_) place_[i] = kNone;
   movers_.clear();
   is_touched_.assign(bodies_.size(), 0);
@@ -149,7 +149,8 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partne
     if (joint.b != Joint::kWorld) is_touched_[joint.b] = 1;
   }
   for (const uint32_t i : active_) {
-    if ((is_touched_[i] != 0 || has_partner) && bodies_[i].is_awake()) movers_.push_back(i);
+    const bool may_be_pushed = is_touched_[i] != 0 || std::ranges::binary_search(partner.bodies, i);
+    if (may_be_pushed && bodies_[i].is_awake()) movers_.push_back(i);
   }
   order_.sort(movers_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
 }
@@ -238,24 +239,27 @@ double StepSolver::rate2(uint32_t body) const {
       {bodies_[body].load_rate2, of_size / scale, 1 / (scale * kLongestSubstep * kLongestSubstep)});
 }
 
-// Islands that need as many substeps are solved together.
+// Islands that need as many substeps are solved together, but for that of the partner's bodies.
 std::vector<StepSolver::Group> StepSolver::group(std::span<const uint32_t> touching,
-                                                 bool has_partner) {
+                                                 const Partner& partner) {
   const auto is_awake = [&](uint32_t i) { return i != kNone && bodies_[i].is_awake(); };
   if (islands_.size() != bodies_.size()) islands_.reset(bodies_.size());
   for (const uint32_t i : movers_) islands_.part(i);
-  if (!has_partner) {
-    for (const uint32_t t : touching) {
-      const Pair& pair = state_.pairs[t];
-      if (is_awake(pair.a) && is_awake(pair.b)) islands_.unite(pair.a, pair.b);
-    }
-    for (const Joint& joint : state_.joints) {
-      if (joint.b == Joint::kWorld) continue;
-      if (is_awake(joint.a) && is_awake(joint.b)) islands_.unite(joint.a, joint.b);
-    }
-  } else {
-    for (const uint32_t i : movers_) islands_.unite(i, movers_.front());
+  for (const uint32_t t : touching) {
+    const Pair& pair = state_.pairs[t];
+    if (is_awake(pair.a) && is_awake(pair.b)) islands_.unite(pair.a, pair.b);
   }
+  for (const Joint& joint : state_.joints) {
+    if (joint.b == Joint::kWorld) continue;
+    if (is_awake(joint.a) && is_awake(joint.b)) islands_.unite(joint.a, joint.b);
+  }
+  uint32_t shared = kNone;  // one of the partner's bodies
+  for (const uint32_t i : partner.bodies) {
+    if (!is_awake(i)) continue;
+    if (shared == kNone) shared = i;
+    islands_.unite(i, shared);
+  }
+  const uint32_t shared_island = shared == kNone ? kNone : islands_.find(shared);
   for (const uint32_t i : movers_) loads_[i] = 0;  // of islands
   for (const uint32_t i : movers_) {
     double& of_island = loads_[islands_.find(i)];
@@ -263,9 +267,14 @@ std::vector<StepSolver::Group> StepSolver::group(std::span<const uint32_t> touch
   }
   std::vector<Group> groups;
   const auto group_of = [&](uint32_t body) -> Group& {
-    const int substeps = substeps_for(settings_.step_s, loads_[islands_.find(body)]);
-    const auto found = std::ranges::find(groups, substeps, &Group::substeps);
-    return found != groups.end() ? *found : groups.emplace_back(Group{.substeps = substeps});
+    const uint32_t island = islands_.find(body);
+    const int substeps = substeps_for(settings_.step_s, loads_[island]);
+    const bool is_shared = island == shared_island;
+    const auto found = std::ranges::find_if(groups, [&](const Group& group) {
+      return group.substeps == substeps && group.has_partner == is_shared;
+    });
+    if (found != groups.end()) return *found;
+    return groups.emplace_back(Group{.substeps = substeps, .has_partner = is_shared});
   };
   for (const uint32_t i : movers_) group_of(i).bodies.push_back(i);
   for (const uint32_t t : touching) {

@@ -1,7 +1,6 @@
 // A step's contacts and joints as the contact solver wants them, and what it makes of them.
 #pragma once
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "simulate/exact/contact_solver.h"
 #include "simulate/exact/curve_order.h"
 #include "simulate/exact/state.h"
+#include "simulate/exact_engine.h"
 
 namespace pilesim::exact {
 
@@ -27,10 +27,9 @@ class StepSolver {
 
   // Moves the bodies that contacts of the pairs `touching`, joints or the `partner` may push by
   // `step_s`, less what they have made of it already (`advanced_s`, of each body). Each island gets
-  // the substeps that its loads need. Before each sweep that it shares the partner is called;
-  // empty: there is none.
+  // the substeps that its loads need.
   void solve(double step_s, std::span<const uint32_t> touching, std::span<const double> advanced_s,
-             const std::function<void(int)>& partner);
+             const Partner& partner);
   // In the step to come the body, which is kinematic, moves as its keys and motors say from
   // `time_s` on: in each substep.
   void follow(uint32_t body, double time_s) { followed_.push_back({body, time_s}); }
@@ -39,7 +38,6 @@ class StepSolver {
   bool has_moved(uint32_t body) const { return place_[body] != kNone; }
 
   // For the partner: see ExactEngine.
-  bool is_solving(uint32_t body) const { return place_[body] < moving_; }
   Vec3 velocity(uint32_t body) const;
   Vec3 spin(uint32_t body) const;
   void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
@@ -47,11 +45,11 @@ class StepSolver {
  private:
   static constexpr uint32_t kNone = ~uint32_t{0};
   struct Group;
-  void list_bodies(std::span<const uint32_t> touching, bool has_partner);
+  void list_bodies(std::span<const uint32_t> touching, const Partner& partner);
   void find_loads(std::span<const uint32_t> touching);
   std::vector<double> find_hanging() const;
   double rate2(uint32_t body) const;
-  std::vector<Group> group(std::span<const uint32_t> touching, bool has_partner);
+  std::vector<Group> group(std::span<const uint32_t> touching, const Partner& partner);
   void solve(const Group& group, std::span<const double> advanced_s);
   void make_bodies(std::span<const double> advanced_s);
   Vec3 turned_spin(const SolverBody& body) const;

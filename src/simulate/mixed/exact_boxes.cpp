@@ -99,13 +99,15 @@ bool ExactBoxes::near(const Box& box, const Candidate& candidate) const {
     const Vec3 lowest = (box.normal.array() > 0).select(own.min(), own.max());
     return box.normal.dot(lowest - box.point) <= candidate.margin_m;
   }
-  if (box.bounds.squaredExteriorDistance(centre) > reach * reach) return false;
+  const auto is_in_reach = [&](const Bounds& bounds) {
+    return bounds.squaredExteriorDistance(centre) <= reach * reach;
+  };
+  if (!is_in_reach(box.bounds) || std::ranges::none_of(box.pieces, is_in_reach)) return false;
   Bounds own = world_.box_at(candidate.body, candidate.pose);
   own.min().array() -= candidate.margin_m;
   own.max().array() += candidate.margin_m;
-  return own.intersects(box.bounds) && std::ranges::any_of(box.pieces, [&](const Bounds& piece) {
-           return piece.squaredExteriorDistance(centre) <= reach * reach && own.intersects(piece);
-         });
+  return std::ranges::any_of(
+      box.pieces, [&](const Bounds& piece) { return is_in_reach(piece) && own.intersects(piece); });
 }
 
 bool ExactBoxes::touches(const Candidate& candidate) const {

@@ -74,9 +74,23 @@ void MixedCoupling::get_ready() {
 }
 
 void MixedCoupling::hand_over() {
-  for (size_t i = 0; i < bodies_.size(); ++i) hand_over(bodies_[i], shared_[i]);
-  exact_.set_partner(bodies_.empty() ? std::function<void(int)>()
-                                     : [this](int iteration) { sweep(iteration); });
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    hand_over(bodies_[i], shared_[i]);
+    shared_[i].solved = !shared_[i].asleep && exact_.is_active(bodies_[i]);
+  }
+  Partner partner{[this](int iteration) {
+                    if (iteration % SphereWorld::kSweepsAtOnce == 0) sweep();
+                  },
+                  {}};
+  pushed_.clear();
+  for (const uint32_t body : spheres_.shared_with_contacts()) {
+    const auto place =
+        static_cast<size_t>(std::ranges::lower_bound(bodies_, body) - bodies_.begin());
+    if (!shared_[place].solved) continue;
+    pushed_.push_back(place);
+    partner.bodies.push_back(body);
+  }
+  exact_.set_partner(std::move(partner));
 }
 
 void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
@@ -103,20 +117,17 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
 }
 
 // Sweeps with the velocities of the exact engine's current iteration.
-void MixedCoupling::sweep(int iteration) {
-  if (iteration % SphereWorld::kSweepsAtOnce != 0 || spheres_.is_swept()) return;
-  for (size_t i = 0; i < bodies_.size(); ++i) {
+void MixedCoupling::sweep() {
+  if (spheres_.is_swept()) return;
+  for (const size_t i : pushed_) {
     Shared& shared = shared_[i];
-    if (iteration == 0) shared.solved = !shared.asleep && exact_.is_solving(bodies_[i]);
-    if (!shared.solved) continue;
     SphereMotion& motion = spheres_.motion(bodies_[i]);
     motion.velocity = shared.velocity = exact_.solver_velocity(bodies_[i]).cast<float>();
     motion.spin = shared.spin = exact_.solver_spin(bodies_[i]).cast<float>();
   }
   spheres_.sweep();
-  for (size_t i = 0; i < bodies_.size(); ++i) {
+  for (const size_t i : pushed_) {
     Shared& shared = shared_[i];
-    if (!shared.solved) continue;
     const SphereMotion& motion = spheres_.motion(bodies_[i]);
     const Vec3 pushed = (motion.velocity - shared.velocity).cast<double>();
     const Vec3 turned = (motion.spin - shared.spin).cast<double>();

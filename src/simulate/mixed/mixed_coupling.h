@@ -49,7 +49,7 @@ class MixedCoupling {
     Vec3 pushed = Vec3::Zero(), turned = Vec3::Zero();  // m/s, rad/s
     Vec3 load = Vec3::Zero();  // m/s, from exact contacts in the previous step
     bool asleep = false;       // at the start of the step
-    bool solved = false;       // in both engines in this step
+    bool solved = false;       // awake in both engines in this step
     // In the spheres' precision, for one sweep.
     Vec3f velocity = Vec3f::Zero(), spin = Vec3f::Zero();
 
@@ -58,7 +58,7 @@ class MixedCoupling {
   };
   void read(uint32_t body, Shared& shared);
   void hand_over(uint32_t body, Shared& shared);
-  void sweep(int iteration);
+  void sweep();
   void nudge(uint32_t body, const Shared& shared);
 
   Vec3 change_;  // change of velocity by gravity per step
@@ -67,6 +67,7 @@ class MixedCoupling {
   SphereWorld& spheres_;
   std::vector<uint32_t> bodies_;
   std::vector<Shared> shared_;  // parallel to bodies_
+  std::vector<size_t> pushed_;  // places of those that spheres may push in this step, scratch
 };
 
 }  // namespace pilesim

@@ -138,6 +138,23 @@ void SphereWorld::search(StageTimer& timer) {
   search_.find_contacts(input, sleepers_.lying(), step_);
 }
 
+std::vector<uint32_t> SphereWorld::shared_with_contacts() const {
+  std::vector<uint32_t> bodies;
+  if (is_idle_) return bodies;
+  const auto note = [&](uint32_t body) {
+    if (state_.bodies[body].shared) bodies.push_back(body);
+  };
+  for (const SphereBatch& batch : step_.batches) {
+    for (const SphereTouch& touch : batch.touches) {
+      note(step_.body[touch.a]);
+      if ((touch.other & kSurface) == 0) note(touch.other);
+    }
+  }
+  std::ranges::sort(bodies);
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  return bodies;
+}
+
 void SphereWorld::end_step(StageTimer& timer) {
   state_.are_active_sleepers_sorted = false;
   if (is_idle_) return;

@@ -59,6 +59,8 @@ class SphereWorld {
   // A step in parts, for bodies that another solver moves as well. After begin_step(), contacts may
   // change motions; velocities may change before each sweep.
   void begin_step(StageTimer& timer);
+  // After begin_step(), those with `shared` that have contacts here, ascending.
+  std::vector<uint32_t> shared_with_contacts() const;
   // One sweep; does nothing after the last one.
   void sweep() { solver_.sweep(state_.bodies, step_); }
   void end_step(StageTimer& timer);  // finishes the remaining sweeps
