@@ -32,8 +32,6 @@ inline constexpr double kAvalancheDensity = 0.8;
 inline constexpr double kAvalancheExcess = 0.2;
 // half, twice: none
 inline constexpr double kAvalancheOutflow = 0.5;  // above which sleepers on the surface wake
-// not tried
-inline constexpr double kAvalancheSkin = 0;  // as kSkin: half of them, the rest holds the slope
 // half: none; twice: rim
 inline constexpr double kOutflow = 0.2;  // above which awake bodies on the surface move on
 

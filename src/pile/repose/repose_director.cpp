@@ -194,7 +194,7 @@ void ReposeDirector::wake_sleepers(BodyControl& control) {
     if (place.pile == nullptr) continue;
     // The simulator's own rule put it to sleep, after as long at rest as kStillDecisions.
     if (fell_asleep) state_.excess_asleep_m[body] = std::max(0.0, excess_m(place));
-    bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
+    bool avalanches = is_on_top(place, 0) && outflow_at(place) > kAvalancheOutflow;
     if (!support_.on_fixed[body]) {
       const PileState& pile = *place.pile;
       const size_t layer = pile.structure->layer_at(position.y() - pile.settings.base_m);

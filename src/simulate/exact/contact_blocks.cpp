@@ -1,9 +1,10 @@
 // The part of the contact solver that says which contacts are solved side by side, and in which
 // order.
 //
-// Bodies are cut into parts by their order, contacts within a part are gone through by one thread,
-// whatever there are: so a sweep has few points at which threads wait for each other. Contacts
-// between parts come after, by graph colours. Parts depend on the number of contacts alone.
+// Bodies are cut into parts by their order. Contacts within a part are gone through by one thread,
+// whatever there are; then those between the two halves of each pair of parts, then of each four
+// parts, and so on. So a sweep has few points at which threads wait for each other. Parts depend on
+// the number of contacts alone.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -17,9 +18,6 @@ namespace {
 // A part has at least so many contacts: the fewer it has, the more are between parts.
 constexpr size_t kLeastOfPart = 400;
 constexpr size_t kMostParts = 32;
-constexpr size_t kColours = 64;
-// One thread takes so many blocks of one colour.
-constexpr uint32_t kBatch = 8;
 // Blocks that are not full yet, while contacts of a part are packed.
 constexpr size_t kOpen = 32;
 
@@ -39,17 +37,16 @@ void ContactSolver::arrange(std::span<const ContactRange> contacts) {
   const size_t parts =
       std::bit_floor(std::clamp<size_t>(contacts.size() / kLeastOfPart, 1, kMostParts));
   std::vector<uint32_t> first;
-  const std::vector<uint32_t> sorted = sort_by_part(contacts, parts, first);
-  const auto of_part = [&](size_t part) {
-    return std::span(sorted).subspan(first[part], first[part + 1] - first[part]);
-  };
-  for (size_t part = 0; part < parts; ++part) {
-    const auto before = static_cast<uint32_t>(blocks_.size());
-    pack(contacts, of_part(part));
-    batches_.push_back({before, static_cast<uint32_t>(blocks_.size())});
+  const std::vector<uint32_t> sorted = sort_by_node(contacts, parts, first);
+  size_t node = 0;
+  for (size_t of_level = parts; of_level > 0; of_level /= 2) {
+    for (const size_t end = node + of_level; node < end; ++node) {
+      const auto before = static_cast<uint32_t>(blocks_.size());
+      pack(contacts, std::span(sorted).subspan(first[node], first[node + 1] - first[node]));
+      batches_.push_back({before, static_cast<uint32_t>(blocks_.size())});
+    }
+    stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
   }
-  stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
-  colour(contacts, of_part(parts));
   size_points();
 }
 
@@ -59,10 +56,12 @@ void ContactSolver::size_points() {
   starts_.resize(points);
 }
 
-// Contacts by part, those between parts last; within a part by class. `part_first` is in these.
-std::vector<uint32_t> ContactSolver::sort_by_part(std::span<const ContactRange> contacts,
+// Contacts by the nodes of a tree over the parts: each is at the lowest one that has both its
+// bodies. Parts come first, then what is between two, between four, and so on; within a node they
+// are by class. `node_first` is in these.
+std::vector<uint32_t> ContactSolver::sort_by_node(std::span<const ContactRange> contacts,
                                                   size_t parts,
-                                                  std::vector<uint32_t>& part_first) const {
+                                                  std::vector<uint32_t>& node_first) const {
   // Parts have as many contacts, all but.
   std::vector<uint32_t> met(moving_, 0);
   std::vector<uint8_t> part_of(moving_, 0);
@@ -81,20 +80,23 @@ std::vector<uint32_t> ContactSolver::sort_by_part(std::span<const ContactRange> 
       if (part_of[i] >= parts) part_of[i] = static_cast<uint8_t>(parts - 1);
     }
   }
+  const size_t nodes = 2 * parts - 1;
   const auto bucket_of = [&](const ContactRange& c) {
     const size_t a = c.a < moving_ ? part_of[c.a] : part_of[c.b];
     const size_t b = c.b < moving_ ? part_of[c.b] : a;
-    return (a == b ? a : parts) * kClasses + class_of(c);
+    const auto level = static_cast<size_t>(std::bit_width(a ^ b));
+    const size_t first_of_level = 2 * parts - (2 * parts >> level);
+    return (first_of_level + (a >> level)) * kClasses + class_of(c);
   };
-  std::vector<uint32_t> next((parts + 1) * kClasses + 1, 0);
+  std::vector<uint32_t> next(nodes * kClasses + 1, 0);
   std::vector<uint16_t> buckets(contacts.size());
   for (size_t i = 0; i < contacts.size(); ++i) {
     buckets[i] = static_cast<uint16_t>(bucket_of(contacts[i]));
     ++next[buckets[i] + 1];
   }
   for (size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
-  part_first.clear();
-  for (size_t part = 0; part <= parts + 1; ++part) part_first.push_back(next[part * kClasses]);
+  node_first.clear();
+  for (size_t node = 0; node <= nodes; ++node) node_first.push_back(next[node * kClasses]);
   std::vector<uint32_t> sorted(contacts.size());
   for (size_t i = 0; i < contacts.size(); ++i) {
     sorted[next[buckets[i]]++] = static_cast<uint32_t>(i);
@@ -151,48 +153,6 @@ void ContactSolver::pack(std::span<const ContactRange> contacts, std::span<const
     if (open[slot].count == kLanes) close(slot);
   }
   close_all();
-}
-
-// Into blocks of a colour each, a stage a colour. Beyond the last colour each contact has its own.
-void ContactSolver::colour(std::span<const ContactRange> contacts,
-                           std::span<const uint32_t> which) {
-  std::vector<uint64_t> used(moving_, 0);
-  std::vector<uint16_t> buckets;  // by colour and class
-  std::array<uint32_t, (kColours + 1) * kClasses + 1> next{};
-  for (const uint32_t i : which) {
-    const ContactRange& c = contacts[i];
-    uint64_t taken = 0;
-    if (c.a < moving_) taken |= used[c.a];
-    if (c.b < moving_) taken |= used[c.b];
-    const auto free = static_cast<size_t>(std::countr_one(taken));
-    if (free < kColours) {
-      if (c.a < moving_) used[c.a] |= uint64_t{1} << free;
-      if (c.b < moving_) used[c.b] |= uint64_t{1} << free;
-    }
-    buckets.push_back(static_cast<uint16_t>(free * kClasses + class_of(c)));
-    ++next[buckets.back() + 1];
-  }
-  for (size_t k = 1; k < next.size(); ++k) next[k] += next[k - 1];
-  const auto first = next;
-  std::vector<uint32_t> sorted(which.size());
-  for (size_t i = 0; i < which.size(); ++i) sorted[next[buckets[i]]++] = which[i];
-  for (size_t k = 0; k <= kColours; ++k) {
-    const std::span<const uint32_t> own = std::span<const uint32_t>(sorted).subspan(
-        first[k * kClasses], first[(k + 1) * kClasses] - first[k * kClasses]);
-    if (own.empty()) continue;
-    const auto before = static_cast<uint32_t>(blocks_.size());
-    const size_t lanes = k < kColours ? kLanes : 1;
-    for (size_t begin = 0; begin < own.size(); begin += lanes) {
-      add_block(contacts, own.subspan(begin, std::min(lanes, own.size() - begin)));
-    }
-    const auto after = static_cast<uint32_t>(blocks_.size());
-    // Beyond the last colour they may share bodies.
-    const uint32_t batch = k < kColours ? kBatch : after - before;
-    for (uint32_t m = before; m < after; m += batch) {
-      batches_.push_back({m, std::min(m + batch, after)});
-    }
-    stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
-  }
 }
 
 }  // namespace pilesim::exact

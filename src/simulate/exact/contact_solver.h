@@ -244,10 +244,9 @@ class ContactSolver {
   };
   void arrange(std::span<const ContactRange> contacts);
   void size_points();
-  std::vector<uint32_t> sort_by_part(std::span<const ContactRange> contacts, size_t parts,
-                                     std::vector<uint32_t>& part_first) const;
+  std::vector<uint32_t> sort_by_node(std::span<const ContactRange> contacts, size_t parts,
+                                     std::vector<uint32_t>& node_first) const;
   void pack(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
-  void colour(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
   void add_block(std::span<const ContactRange> contacts, std::span<const uint32_t> lanes);
   void prepare(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
                std::span<const ContactRange> contacts);

@@ -107,7 +107,7 @@ inline constexpr double kSubstepOfSize = 0.0075;
 inline constexpr double kLongestSubstep = 1.0 / 960;
 inline constexpr int kLeastSubsteps = 4, kMostSubsteps = 64;
 inline constexpr double kAlmost = 0.99;  // of the substeps that are needed is as good
-// Relaxations of a substep. With 3 flat pyramids of 136 boxes creep.
+// Relaxations of a substep. With 2 of 1,000 rabbits 941 are awake after 7 s, with 4 none.
 inline constexpr int kRelaxations = 4;
 // Impacts: at most so many sweeps a round, and so many iterations over the points of a pair, until
 // no velocity changes by more than this share of the impulse on the heavier body, or of g h. Tried
