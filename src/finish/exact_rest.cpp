@@ -344,11 +344,13 @@ ExactRest::Marks ExactRest::restless() const {
   return marks;
 }
 
+// Marks bodies that penetrate others. They count as moving: a body that is wedged between waiting
+// ones can only leave when these move, too.
 ExactRest::Marks ExactRest::penetrating() const {
   Marks marks(model_.bodies.size(), kStill);
   for (const BodyContact& contact : contacts_) {
     for (const uint32_t body : {contact.a, contact.b}) {
-      if (contact.distance_m < -most_depth_m(body) && is_meant(body)) marks[body] = kRestless;
+      if (contact.distance_m < -most_depth_m(body) && is_meant(body)) marks[body] = kMoving;
     }
   }
   return marks;
