@@ -52,7 +52,8 @@ inline constexpr int kStalledLooks = 10;
 // would never come to carry its weight.
 inline constexpr double kFew = 0.1;
 inline constexpr int kRings = 2;
-// A waiting body returns to the solver when one that touches it drifts by more than this.
+// A waiting body returns to the solver when one that touches it drifts by more than this, or
+// penetrates another.
 inline constexpr double kWakingDrift = 0.03;
 // Longest time for a pile unless the user sets one.
 inline constexpr double kLongest = 100;

@@ -43,7 +43,8 @@ class ExactEngine {
   // step.
   virtual void move_by_keys(uint32_t body, double time_s) = 0;
 
-  virtual void set_partner(Partner partner) = 0;  // of the next step; without bodies there is none
+  // Until the next call; without bodies there is none.
+  virtual void set_partner(Partner partner) = 0;
   // For the partner, of its bodies that are awake: how this step moves the body by its end as far
   // as it is solved, gravity included.
   virtual Vec3 solver_velocity(uint32_t body) const = 0;

@@ -78,10 +78,10 @@ void MixedCoupling::hand_over() {
     hand_over(bodies_[i], shared_[i]);
     shared_[i].solved = !shared_[i].asleep && exact_.is_active(bodies_[i]);
   }
-  Partner partner{[this](int iteration) {
-                    if (iteration % SphereWorld::kSweepsAtOnce == 0) sweep();
-                  },
-                  {}};
+  Partner partner;
+  partner.sweep = [this](int iteration) {
+    if (iteration % SphereWorld::kSweepsAtOnce == 0) sweep();
+  };
   pushed_.clear();
   for (const uint32_t body : spheres_.shared_with_contacts()) {
     const auto place =
